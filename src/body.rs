@@ -1,0 +1,275 @@
+//! Convex polyhedra of fixed capacity: what is seen, and what can shadow it.
+
+mod clip;
+mod sweep;
+
+pub use sweep::CasterBody;
+
+use glam::DVec3;
+
+use crate::math::{max, min, sqrt};
+use crate::plane::Plane;
+use crate::scene::Bounds;
+use crate::view::View;
+
+/// A bounded convex polyhedron with at most `V` vertices and `F` faces, or nothing.
+///
+/// Vertices and planes are relative to [`ConvexBody::origin`], a point close by in world space, so that a body keeps
+/// its accuracy wherever it lies in the world.
+///
+/// # Representation
+/// A *simple* polytope: every vertex lies on exactly three faces and has three neighbours. Where more than three planes
+/// meet in a point, several vertices share the position. A cut keeps a simple polytope simple as long as the kept
+/// and the removed vertices each hang together; signs spoiled by rounding are mended so that they do. So the body is
+/// always closed and `V - E + F = 2`, whatever the numbers. (Lists of polygons, clipped one by one, break at
+/// planes through vertices and edges.)
+///
+/// # Capacity
+/// A simple polytope with `f` faces has `2f - 4` vertices and `3f - 6` edges (Euler, with `3v = 2e`). A cut adds one face,
+/// and its new vertices go where removed ones were, so a body that starts as a box and is cut by `k` planes never has
+/// more than `2(6 + k) - 4` vertices: 20 for the six planes of a view ([`Body`]).
+#[derive(Clone, Copy, Debug)]
+pub struct ConvexBody<const V: usize, const F: usize> {
+    origin: DVec3,
+    len: usize,
+    planes_len: usize,
+    points: [DVec3; V],
+    corners: [Corner; V],
+    planes: [Plane; F],
+}
+
+/// A box cut by the six planes of a view: at most 12 faces, 20 vertices, 30 edges.
+pub type Body = ConvexBody<20, 12>;
+
+/// How a vertex hangs together with the rest. Its three edges are in counter-clockwise order, seen from outside.
+#[derive(Clone, Copy, Debug)]
+struct Corner {
+    /// For each edge, the same edge seen from its other end: `4 * vertex + edge`.
+    twin: [u16; 3],
+    /// For each edge, the face to the left of it on the way out: between this edge and the next.
+    face: [u8; 3],
+}
+
+/// A face of a body: its plane, and its corners in counter-clockwise order, seen from outside.
+#[derive(Clone, Copy, Debug)]
+pub struct Face<'a, const V: usize, const F: usize> {
+    body: &'a ConvexBody<V, F>,
+    plane: usize,
+    start: usize,
+}
+
+impl Corner {
+    const UNUSED: Self = Self { twin: [0; 3], face: [0; 3] };
+
+    /// Corner `v` of a box: bit `a` of `v` says whether it lies at the greater end of axis `a`. Face `2 a + bit`.
+    /// Corners with an odd number of bits see their edges along x, y, z counter-clockwise; the others x, z, y.
+    const fn of_box(v: usize) -> Self {
+        let odd = (v & 1) ^ (v >> 1 & 1) ^ (v >> 2 & 1) == 1;
+        let axes: [usize; 3] = if odd { [0, 1, 2] } else { [0, 2, 1] };
+        let mut corner = Self::UNUSED;
+        let mut edge = 0;
+        while edge < 3 {
+            let neighbour = v ^ (1 << axes[edge]);
+            let third = axes[(edge + 2) % 3];
+            corner.twin[edge] = (4 * neighbour + [0, 2, 1][edge]) as u16;
+            corner.face[edge] = (2 * third + (v >> third & 1)) as u8;
+            edge += 1;
+        }
+        corner
+    }
+}
+
+const BOX: [Corner; 8] = {
+    let mut corners = [Corner::UNUSED; 8];
+    let mut v = 0;
+    while v < 8 {
+        corners[v] = Corner::of_box(v);
+        v += 1;
+    }
+    corners
+};
+
+impl<const V: usize, const F: usize> ConvexBody<V, F> {
+    const ROOM_FOR_A_BOX: () = assert!(V >= 8 && V <= 255 && F >= 6 && F <= 64);
+
+    /// Returns a box, with coordinates relative to `origin`.
+    #[must_use]
+    pub fn from_box(bounds: &Bounds, origin: DVec3) -> Self {
+        let () = Self::ROOM_FOR_A_BOX;
+        let (low, high) = (bounds.min() - origin, bounds.max() - origin);
+        let mut body = Self {
+            origin,
+            len: 8,
+            planes_len: 6,
+            points: [DVec3::ZERO; V],
+            corners: [Corner::UNUSED; V],
+            planes: [Plane::UNUSED; F],
+        };
+        body.corners[..8].copy_from_slice(&BOX);
+        for (v, point) in body.points[..8].iter_mut().enumerate() {
+            *point = DVec3::new(
+                if v & 1 == 0 { low.x } else { high.x },
+                if v & 2 == 0 { low.y } else { high.y },
+                if v & 4 == 0 { low.z } else { high.z },
+            );
+        }
+        body.planes[..6].copy_from_slice(&[
+            Plane::from_unit(DVec3::NEG_X, -low.x),
+            Plane::from_unit(DVec3::X, high.x),
+            Plane::from_unit(DVec3::NEG_Y, -low.y),
+            Plane::from_unit(DVec3::Y, high.y),
+            Plane::from_unit(DVec3::NEG_Z, -low.z),
+            Plane::from_unit(DVec3::Z, high.z),
+        ]);
+        body
+    }
+
+    /// Returns the point in world space that vertices and planes are relative to.
+    #[must_use]
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+
+    /// Returns whether there is nothing left. A flat body is not empty.
+    #[must_use]
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Returns the vertices, relative to [`ConvexBody::origin`]. Several may share a position.
+    #[must_use]
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.points[..self.len]
+    }
+
+    /// Returns the edges, each once, as pairs of indices into [`ConvexBody::vertices`].
+    pub fn edges(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
+        (0..self.len).flat_map(move |v| {
+            let ends = self.corners[v].twin.map(|h| usize::from(h >> 2));
+            ends.into_iter().filter(move |&end| v < end).map(move |end| (v, end))
+        })
+    }
+
+    /// Returns the faces.
+    pub fn faces(&self) -> impl Iterator<Item = Face<'_, V, F>> {
+        let mut seen = 0_u64;
+        (0..4 * self.len).filter(|h| h % 4 < 3).filter_map(move |start| {
+            let plane = usize::from(self.corners[start / 4].face[start % 4]);
+            let new = seen & 1 << plane == 0;
+            seen |= 1 << plane;
+            new.then_some(Face { body: self, plane, start })
+        })
+    }
+
+    /// Returns whether a point, relative to [`ConvexBody::origin`], is inside or on the border.
+    #[must_use]
+    pub fn contains(&self, point: DVec3) -> bool {
+        !self.is_empty() && self.faces().all(|face| face.plane().distance(point) <= 0.0)
+    }
+
+    /// Returns the least and greatest `direction . p` over the body: its bounds along an axis. `None` if empty.
+    #[must_use]
+    pub fn bounds_along(&self, direction: DVec3) -> Option<[f64; 2]> {
+        let along = |p: &DVec3| direction.dot(*p);
+        let first = self.vertices().first().map(along)?;
+        Some(self.vertices().iter().map(along).fold([first; 2], |[low, high], x| [min(low, x), max(high, x)]))
+    }
+
+    /// Returns the vertex that lies furthest along `direction`. `None` if empty.
+    #[must_use]
+    pub fn support(&self, direction: DVec3) -> Option<DVec3> {
+        let further = |a: DVec3, b: DVec3| if direction.dot(b) > direction.dot(a) { b } else { a };
+        self.vertices().iter().copied().reduce(further)
+    }
+
+    /// Returns the volume, by the divergence theorem over the faces. 0 if flat or empty.
+    ///
+    /// Accuracy: relative to the volume of the box around the body, a few roundings.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let Some(&apex) = self.vertices().first() else { return 0.0 };
+        let six_volumes = self.faces().flat_map(|face| face.triangles()).map(|[a, b, c]| {
+            // Relative to a vertex of the body, so that nothing is lost where the origin is far.
+            (a - apex).dot((b - apex).cross(c - apex))
+        });
+        max(six_volumes.sum::<f64>() / 6.0, 0.0)
+    }
+
+    /// Returns the area of the surface; a flat body has both its sides counted.
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        let twice = |[a, b, c]: [DVec3; 3]| sqrt((b - a).cross(c - a).length_squared());
+        0.5 * self.faces().flat_map(|face| face.triangles()).map(twice).sum::<f64>()
+    }
+
+    /// The edge that follows `half` around the face to its left.
+    fn next_around_face(&self, half: usize) -> usize {
+        let twin = usize::from(self.corners[half >> 2].twin[half & 3]);
+        before(twin)
+    }
+}
+
+/// The edge before this one, counter-clockwise around the same vertex.
+fn before(half: usize) -> usize {
+    if half & 3 == 0 { half + 2 } else { half - 1 }
+}
+
+impl Body {
+    /// Returns what a camera can see of a box: the box cut by the view volume. May be empty.
+    ///
+    /// The origin is the point of the box closest to the eye: the eye itself where it is inside. The view's planes go
+    /// through it then without rounding, and a small box far away keeps its own accuracy.
+    ///
+    /// ```
+    /// use shadow_warp::{Body, Bounds, View, glam::DVec3};
+    /// let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 90f64.to_radians(), 1.0, 1.0..3.0)?;
+    /// let body = Body::visible(&view, &Bounds::new(DVec3::splat(-10.0), DVec3::splat(10.0))?);
+    /// // A frustum: thirds of 3 * 6^2 less 1 * 2^2.
+    /// assert!((body.volume() - (3.0 * 36.0 - 4.0) / 3.0).abs() < 1e-13);
+    /// # Ok::<(), shadow_warp::Error>(())
+    /// ```
+    #[must_use]
+    pub fn visible(view: &View, bounds: &Bounds) -> Self {
+        let origin = view.eye().clamp(bounds.min(), bounds.max());
+        let mut body = Self::from_box(bounds, origin);
+        let (low, high) = (bounds.min() - origin, bounds.max() - origin);
+        for plane in view.planes() {
+            let plane = plane.relative_to(origin - view.eye());
+            // The nearest and furthest corner of the box along the normal tell most planes apart without a cut.
+            let (a, b) = (plane.normal() * low, plane.normal() * high);
+            let (nearest, furthest) = (a.min(b).element_sum(), a.max(b).element_sum());
+            if nearest > plane.offset() {
+                body.len = 0;
+                return body;
+            }
+            if furthest > plane.offset() {
+                // A box cut by six planes has room: 20 vertices, 12 faces.
+                let _ = body.cut(&plane);
+            }
+        }
+        body
+    }
+}
+
+impl<'a, const V: usize, const F: usize> Face<'a, V, F> {
+    /// Returns the plane of the face, with outward normal, relative to [`ConvexBody::origin`].
+    #[must_use]
+    pub fn plane(&self) -> Plane {
+        self.body.planes[self.plane]
+    }
+
+    /// Returns the indices of the corners, counter-clockwise seen from outside.
+    pub fn corners(&self) -> impl Iterator<Item = usize> + use<'a, V, F> {
+        let (body, start) = (self.body, self.start);
+        let following = move |&half: &usize| Some(body.next_around_face(half)).filter(|&next| next != start);
+        core::iter::successors(Some(start), following).map(|half| half >> 2)
+    }
+
+    /// Returns the triangles of a fan over the face, counter-clockwise seen from outside.
+    pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + use<'a, V, F> {
+        let points = &self.body.points;
+        let first = points[self.start >> 2];
+        let rest = self.corners().skip(1);
+        rest.zip(self.corners().skip(2)).map(move |(a, b)| [first, points[a], points[b]])
+    }
+}
