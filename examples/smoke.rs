@@ -1,44 +1,77 @@
-//! Smoke.
-use glam::*;
+//! cg
+#[path = "../benches/cases/mod.rs"]
+mod cases;
 use shadow_warp::*;
-fn main() -> Result<(), Error> {
-    let view = View::perspective(dvec3(0., 10., 0.), dvec3(0., 0., 1.), DVec3::Y, 60f64.to_radians(), 1., 1.0..400.)?;
-    let light = Light::directional(dvec3(0., 1., 0.))?;
-    let b = Bounds::new(dvec3(-200., 0., 0.), dvec3(200., 50., 400.))?;
-    let seen = [Body::visible(&view, &b)];
-    println!(
-        "V {} E {} F {} vol {}",
-        seen[0].vertices().len(),
-        seen[0].edges().count(),
-        seen[0].faces().count(),
-        seen[0].volume()
-    );
-    let fit = Fit { viewport: [512, 512], ..Fit::new(&view, &light, &b, &seen) };
-    for r in [Rule::Uniform, Rule::LISPSM, Rule::LightSpace(LightSpaceRule::Extent)] {
-        let m = fit.solve(r)?;
-        println!("{:?} {} worst {}", r, m.warp().ratio(), fit.worst_texel(&m));
-        let c = m.clip_from_world(ClipSpace::WGPU);
-        let mut lo = DVec3::MAX;
-        let mut hi = DVec3::MIN;
-        for v in seen[0].vertices() {
-            let p = c.project_point3(*v + seen[0].origin());
-            lo = lo.min(p);
-            hi = hi.max(p);
-        }
-        println!("{lo} {hi} det {}", c.determinant());
-
-        let cb = seen[0].casters(&light, &b)?;
-        let mut lo = DVec3::MAX;
-        let mut hi = DVec3::MIN;
-        println!("{} {} {}", cb.vertices().len(), cb.edges().count(), cb.faces().count());
-        for v in cb.vertices() {
-            let p = c.project_point3(*v + cb.origin());
-            lo = lo.min(p);
-            hi = hi.max(p);
-        }
-        println!("casters {lo} {hi}");
-        println!("rounding {:?} {:?}", fit.rounding(&m, view.eye()), fit.rounding(&m, dvec3(1e7, 0., 0.)));
-        fit.guard_f32(&m, view.eye())?;
+use std::hint::black_box;
+#[inline(never)]
+fn view(j: &cases::Job) -> View {
+    j.view().unwrap()
+}
+#[inline(never)]
+fn clip(v: &View, b: &Bounds) -> Body {
+    Body::visible(v, b)
+}
+#[inline(never)]
+fn fit(v: &View, l: &Light, b: &Bounds, s: &[Body], r: Rule) -> Result<ShadowMap, Error> {
+    Fit::new(v, l, b, s).solve(r)
+}
+#[inline(never)]
+fn worst(v: &View, l: &Light, b: &Bounds, s: &[Body], m: &ShadowMap) -> f64 {
+    Fit::new(v, l, b, s).worst_texel(m)
+}
+#[inline(never)]
+fn casters(l: &Light, b: &Bounds, s: &Body) -> CasterBody {
+    s.casters(l, b).unwrap()
+}
+#[inline(never)]
+fn whole(j: &cases::Job) -> Result<ShadowMap, Error> {
+    let v = j.view()?;
+    let l = j.light()?;
+    let s = [Body::visible(&v, &j.bounds)];
+    Fit::new(&v, &l, &j.bounds, &s).solve(Rule::LISPSM)
+}
+fn main() {
+    let jobs = cases::jobs();
+    let mut nv = 0;
+    let mut acc = 0.;
+    for j in &jobs {
+        let v = view(j);
+        let l = j.light().unwrap();
+        let s = [clip(&v, &j.bounds)];
+        nv += s[0].vertices().len();
+        let m = fit(&v, &l, &j.bounds, &s, Rule::LISPSM).unwrap();
+        acc += worst(&v, &l, &j.bounds, &s, &m);
+        black_box(casters(&l, &j.bounds, &s[0]));
+        black_box(whole(j)).unwrap();
     }
-    Ok(())
+    println!("{} {}", nv as f64 / 1000., acc);
+    if std::env::args().nth(1).is_some() {
+        use std::time::Instant;
+        let vs: Vec<_> = jobs.iter().map(|j| (view(j), j.light().unwrap())).collect();
+        let bs: Vec<_> = jobs.iter().zip(&vs).map(|(j, v)| [clip(&v.0, &j.bounds)]).collect();
+        let mut best = [f64::MAX; 4];
+        for _ in 0..300 {
+            let t = Instant::now();
+            for (j, v) in jobs.iter().zip(&vs) {
+                black_box(clip(&v.0, &j.bounds));
+            }
+            best[0] = best[0].min(t.elapsed().as_nanos() as f64 / 1000.);
+            let t = Instant::now();
+            for ((j, v), b) in jobs.iter().zip(&vs).zip(&bs) {
+                let _ = black_box(fit(&v.0, &v.1, &j.bounds, b, Rule::LISPSM));
+            }
+            best[1] = best[1].min(t.elapsed().as_nanos() as f64 / 1000.);
+            let t = Instant::now();
+            for j in &jobs {
+                let _ = black_box(whole(j));
+            }
+            best[2] = best[2].min(t.elapsed().as_nanos() as f64 / 1000.);
+            let t = Instant::now();
+            for ((j, v), b) in jobs.iter().zip(&vs).zip(&bs) {
+                black_box(casters(&v.1, &j.bounds, &b[0]));
+            }
+            best[3] = best[3].min(t.elapsed().as_nanos() as f64 / 1000.);
+        }
+        println!("clip {:.0} fit {:.0} whole {:.0} casters {:.0} ns", best[0], best[1], best[2], best[3]);
+    }
 }

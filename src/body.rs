@@ -1,11 +1,15 @@
 //! Convex polyhedra of fixed capacity: what is seen, and what can shadow it.
 
 mod clip;
+mod reach;
 mod sweep;
 
+pub(crate) use reach::Reach;
 pub use sweep::CasterBody;
 
 use glam::DVec3;
+
+use self::clip::Scratch;
 
 use crate::math::{max, min, sqrt};
 use crate::plane::Plane;
@@ -34,21 +38,17 @@ pub struct ConvexBody<const V: usize, const F: usize> {
     len: usize,
     planes_len: usize,
     points: [DVec3; V],
-    corners: [Corner; V],
+    /// Half-edges: the three at vertex `v`, on their way out, counter-clockwise seen from outside, have the numbers `4 v`
+    /// to `4 v + 2`. Here stands the number of the half-edge that follows along the face to the left. It starts where
+    /// this one ends; counter-clockwise after it comes this one's twin, the way back.
+    next: [[u16; 4]; V],
+    /// The face to the left: between this half-edge and the next one counter-clockwise.
+    left: [[u8; 4]; V],
     planes: [Plane; F],
 }
 
 /// A box cut by the six planes of a view: at most 12 faces, 20 vertices, 30 edges.
 pub type Body = ConvexBody<20, 12>;
-
-/// How a vertex hangs together with the rest. Its three edges are in counter-clockwise order, seen from outside.
-#[derive(Clone, Copy, Debug)]
-struct Corner {
-    /// For each edge, the same edge seen from its other end: `4 * vertex + edge`.
-    twin: [u16; 3],
-    /// For each edge, the face to the left of it on the way out: between this edge and the next.
-    face: [u8; 3],
-}
 
 /// A face of a body: its plane, and its corners in counter-clockwise order, seen from outside.
 #[derive(Clone, Copy, Debug)]
@@ -58,35 +58,27 @@ pub struct Face<'a, const V: usize, const F: usize> {
     start: usize,
 }
 
-impl Corner {
-    const UNUSED: Self = Self { twin: [0; 3], face: [0; 3] };
-
-    /// Corner `v` of a box: bit `a` of `v` says whether it lies at the greater end of axis `a`. Face `2 a + bit`.
-    /// Corners with an odd number of bits see their edges along x, y, z counter-clockwise; the others x, z, y.
-    const fn of_box(v: usize) -> Self {
+/// `next` and `left` of a box. Bit `a` of a vertex's number says whether it lies at the greater end
+/// of axis `a`; face `2 a + bit` likewise. Vertices with an odd number of bits see their edges along x, y, z
+/// counter-clockwise; the others x, z, y.
+const BOX: ([[u16; 4]; 8], [[u8; 4]; 8]) = {
+    let (mut next, mut left) = ([[0; 4]; 8], [[0; 4]; 8]);
+    let mut v = 0;
+    while v < 8 {
         let odd = (v & 1) ^ (v >> 1 & 1) ^ (v >> 2 & 1) == 1;
         let axes: [usize; 3] = if odd { [0, 1, 2] } else { [0, 2, 1] };
-        let mut corner = Self::UNUSED;
         let mut edge = 0;
         while edge < 3 {
             let neighbour = v ^ (1 << axes[edge]);
             let third = axes[(edge + 2) % 3];
-            corner.twin[edge] = (4 * neighbour + [0, 2, 1][edge]) as u16;
-            corner.face[edge] = (2 * third + (v >> third & 1)) as u8;
+            let twin = 4 * neighbour + [0, 2, 1][edge];
+            next[v][edge] = before(twin) as u16;
+            left[v][edge] = (2 * third + (v >> third & 1)) as u8;
             edge += 1;
         }
-        corner
-    }
-}
-
-const BOX: [Corner; 8] = {
-    let mut corners = [Corner::UNUSED; 8];
-    let mut v = 0;
-    while v < 8 {
-        corners[v] = Corner::of_box(v);
         v += 1;
     }
-    corners
+    (next, left)
 };
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
@@ -94,6 +86,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 
     /// Returns a box, with coordinates relative to `origin`.
     #[must_use]
+    #[inline(always)]
     pub fn from_box(bounds: &Bounds, origin: DVec3) -> Self {
         let () = Self::ROOM_FOR_A_BOX;
         let (low, high) = (bounds.min() - origin, bounds.max() - origin);
@@ -102,10 +95,12 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             len: 8,
             planes_len: 6,
             points: [DVec3::ZERO; V],
-            corners: [Corner::UNUSED; V],
+            next: [[0; 4]; V],
+            left: [[0; 4]; V],
             planes: [Plane::UNUSED; F],
         };
-        body.corners[..8].copy_from_slice(&BOX);
+        body.next[..8].copy_from_slice(&BOX.0);
+        body.left[..8].copy_from_slice(&BOX.1);
         for (v, point) in body.points[..8].iter_mut().enumerate() {
             *point = DVec3::new(
                 if v & 1 == 0 { low.x } else { high.x },
@@ -144,17 +139,14 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 
     /// Returns the edges, each once, as pairs of indices into [`ConvexBody::vertices`].
     pub fn edges(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
-        (0..self.len).flat_map(move |v| {
-            let ends = self.corners[v].twin.map(|h| usize::from(h >> 2));
-            ends.into_iter().filter(move |&end| v < end).map(move |end| (v, end))
-        })
+        self.halves().map(|half| (half >> 2, self.next(half) >> 2)).filter(|(start, end)| start < end)
     }
 
     /// Returns the faces.
     pub fn faces(&self) -> impl Iterator<Item = Face<'_, V, F>> {
         let mut seen = 0_u64;
-        (0..4 * self.len).filter(|h| h % 4 < 3).filter_map(move |start| {
-            let plane = usize::from(self.corners[start / 4].face[start % 4]);
+        self.halves().filter_map(move |start| {
+            let plane = self.left(start);
             let new = seen & 1 << plane == 0;
             seen |= 1 << plane;
             new.then_some(Face { body: self, plane, start })
@@ -164,7 +156,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Returns whether a point, relative to [`ConvexBody::origin`], is inside or on the border.
     #[must_use]
     pub fn contains(&self, point: DVec3) -> bool {
-        !self.is_empty() && self.faces().all(|face| face.plane().distance(point) <= 0.0)
+        !self.is_empty() && self.bounding_planes().iter().all(|plane| plane.distance(point) <= 0.0)
     }
 
     /// Returns the least and greatest `direction . p` over the body: its bounds along an axis. `None` if empty.
@@ -202,16 +194,41 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         0.5 * self.faces().flat_map(|face| face.triangles()).map(twice).sum::<f64>()
     }
 
-    /// The edge that follows `half` around the face to its left.
-    fn next_around_face(&self, half: usize) -> usize {
-        let twin = usize::from(self.corners[half >> 2].twin[half & 3]);
-        before(twin)
+    /// The numbers of all half-edges.
+    fn halves(&self) -> impl Iterator<Item = usize> + use<V, F> {
+        (0..4 * self.len).filter(|half| half & 3 < 3)
+    }
+
+    #[inline(always)]
+    fn next(&self, half: usize) -> usize {
+        usize::from(self.next.as_flattened()[half])
+    }
+
+    #[inline(always)]
+    fn set_next(&mut self, half: usize, next: usize) {
+        self.next.as_flattened_mut()[half] = next as u16;
+    }
+
+    #[inline(always)]
+    fn left(&self, half: usize) -> usize {
+        usize::from(self.left.as_flattened()[half])
+    }
+
+    /// All planes that the body was cut by and that are still stored: first those of the box it was made from, which
+    /// are never replaced. Some may have no face any more; each of them holds for the whole body.
+    fn bounding_planes(&self) -> &[Plane] {
+        &self.planes[..self.planes_len]
     }
 }
 
-/// The edge before this one, counter-clockwise around the same vertex.
-fn before(half: usize) -> usize {
+/// The half-edge before this one, counter-clockwise around the same vertex.
+const fn before(half: usize) -> usize {
     if half & 3 == 0 { half + 2 } else { half - 1 }
+}
+
+/// The half-edge after this one, counter-clockwise around the same vertex.
+const fn after(half: usize) -> usize {
+    if half & 3 == 2 { half - 2 } else { half + 1 }
 }
 
 impl Body {
@@ -232,6 +249,7 @@ impl Body {
     pub fn visible(view: &View, bounds: &Bounds) -> Self {
         let origin = view.eye().clamp(bounds.min(), bounds.max());
         let mut body = Self::from_box(bounds, origin);
+        let mut scratch = Scratch::new();
         let (low, high) = (bounds.min() - origin, bounds.max() - origin);
         for plane in view.planes() {
             let plane = plane.relative_to(origin - view.eye());
@@ -240,11 +258,11 @@ impl Body {
             let (nearest, furthest) = (a.min(b).element_sum(), a.max(b).element_sum());
             if nearest > plane.offset() {
                 body.len = 0;
-                return body;
+                break;
             }
             if furthest > plane.offset() {
                 // A box cut by six planes has room: 20 vertices, 12 faces.
-                let _ = body.cut(&plane);
+                let _ = body.cut_with(&plane, &mut scratch);
             }
         }
         body
@@ -261,7 +279,7 @@ impl<'a, const V: usize, const F: usize> Face<'a, V, F> {
     /// Returns the indices of the corners, counter-clockwise seen from outside.
     pub fn corners(&self) -> impl Iterator<Item = usize> + use<'a, V, F> {
         let (body, start) = (self.body, self.start);
-        let following = move |&half: &usize| Some(body.next_around_face(half)).filter(|&next| next != start);
+        let following = move |&half: &usize| Some(body.next(half)).filter(|&next| next != start);
         core::iter::successors(Some(start), following).map(|half| half >> 2)
     }
 

@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3, DVec4};
 
 use crate::aliasing;
 use crate::basis::{Axes, LightSpace};
-use crate::body::Body;
+use crate::body::{Body, Reach};
 use crate::error::{Error, require};
 use crate::light::{Directional, Light};
 use crate::map::ShadowMap;
@@ -130,93 +130,59 @@ impl<'a> Fit<'a> {
         let origin = self.origin()?;
         let to_eye = self.view.eye() - origin;
 
-        let mut extent = [Extent::NONE; 3];
-        let mut depth = Extent::NONE;
-        self.for_each_receiver(origin, |q| {
-            extent[0].include(space.x.dot(q));
-            extent[1].include(space.y.dot(q));
-            extent[2].include(space.z.dot(q));
-            depth.include(self.view.forward().dot(q));
-        });
+        let [across, height, along, depth] = self.extents(origin, [space.x, space.y, space.z, self.view.forward()]);
         let eye_depth = self.view.forward().dot(to_eye);
         let [near, far] = [depth.low - eye_depth, depth.high - eye_depth].map(|z| max(z, self.view.near()));
-        let greatest = max(extent[0].size(), max(extent[1].size(), extent[2].size()));
+        let greatest = max(across.size(), max(height.size(), along.size()));
         let floor = max(LEAST_ASPECT * greatest, max(LEAST_ANGLE * far.abs(), crate::error::MIN_LENGTH));
-        let [across, height, along] = extent.map(|e| e.at_least(floor));
+        let along = along.at_least(floor);
 
         let d = along.size();
         let slab = Slab { near, far, extent: d, sin_gamma: space.sin_gamma };
         let warp = rule.warp(&slab, self.view.is_perspective());
         let eta = warp.excess();
-        let slope = eta / d;
         // The warp's denominator: 1 where the body begins, 1 + eta where it ends.
-        let w = |q: DVec3| 1.0 + slope * (space.z.dot(q) - along.low);
-        let w_row = row(space.z * slope, 1.0 - slope * along.low);
+        let w = row(space.z * (eta / d), 1.0 - eta / d * along.low);
+        let texels = self.map_size.map(f64::from);
+        let floor = floor / warp.ratio();
 
-        // The plane of the texture: two axes, and the point that the warp projects about.
-        let (axes, centre) = match self.axes {
+        let above_middle = row(space.y, -height.middle());
+        let (x, y, texel_extents, depths);
+        match self.axes {
             Axes::View => {
-                let eye_x = space.x.dot(to_eye).clamp(across.low, across.high);
-                ([space.x, space.z], [eye_x, along.low])
+                let p_x = space.x.dot(to_eye).clamp(across.low, across.high);
+                let offset = row(space.x, -p_x);
+                let (sides, depth) = self.fractions(light, origin, [offset], above_middle, w);
+                let side = sides[0].at_least(floor);
+                x = fitted(offset, side, w);
+                // As `fitted` to 0 and d/(1 + eta), without its difference of two rows of size (1 + eta)^2.
+                y = row(space.z, -along.low) * ((2.0 + eta) / d) - DVec4::W;
+                texel_extents =
+                    [DVec2::new(side.size() / texels[0], 0.0), DVec2::new(0.0, d / (warp.ratio() * texels[1]))];
+                depths = depth.at_least(floor);
             }
             Axes::LightFixed => {
-                // The middle of the body's bounding rectangle is inside the body, seen along the light, so w >= 1 there:
-                // a line through it with the body on one side would miss two neighbouring sides of the rectangle.
+                // The warp projects about the middle of the body's bounding rectangle. Seen along the light that is inside the
+                // body, so w >= 1 there: a line through it with the body on one side would miss a side of the rectangle.
                 let axes = space.fixed_axes();
-                let mut sides = [Extent::NONE; 2];
-                self.for_each_receiver(origin, |q| {
-                    sides[0].include(axes[0].dot(q));
-                    sides[1].include(axes[1].dot(q));
-                });
-                (axes, sides.map(Extent::middle))
+                let middle = self.extents(origin, axes).map(Extent::middle);
+                let w_middle = at(w, axes[0] * middle[0] + axes[1] * middle[1]);
+                let offsets = [row(axes[0], -middle[0]), row(axes[1], -middle[1])];
+                let (sides, depth) = self.fractions(light, origin, offsets, above_middle, w);
+                let sides = sides.map(|side| side.at_least(floor));
+                x = fitted(offsets[0], sides[0], w);
+                y = fitted(offsets[1], sides[1], w);
+                // A step along such an axis goes partly across the warp and partly along it.
+                let extents = |axis: usize| {
+                    let parts = DVec2::new(axes[axis].dot(space.x).abs(), axes[axis].dot(space.z).abs() / w_middle);
+                    parts * (sides[axis].size() / texels[axis])
+                };
+                texel_extents = [extents(0), extents(1)];
+                depths = depth.at_least(floor);
             }
-        };
-        let p_y = height.middle();
-        let mut sides = [Extent::NONE; 2];
-        let mut depths = Extent::NONE;
-        self.for_each_receiver(origin, |q| {
-            let r = 1.0 / w(q);
-            sides[0].include((axes[0].dot(q) - centre[0]) * r);
-            sides[1].include((axes[1].dot(q) - centre[1]) * r);
-            depths.include((space.y.dot(q) - p_y) * r);
-        });
-        if self.near_depth == NearDepth::Casters {
-            depths.high = max(depths.high, self.highest_caster(light, origin, p_y, w));
         }
-        // The farthest end has w = 1 + eta.
-        let floor = floor / warp.ratio();
-        let [sides_x, mut sides_y] = sides.map(|e| e.at_least(floor));
-        let depths = depths.at_least(floor);
-        let offset = |axis: usize| row(axes[axis], -centre[axis]);
-
-        let x = fitted(offset(0), sides_x, w_row);
-        let y = match self.axes {
-            Axes::View => {
-                sides_y = Extent { low: 0.0, high: d / warp.ratio() };
-                // `fitted` would subtract two rows of size (1 + eta)^2 here, to get one of size 1 + eta.
-                (2.0 + eta) / d * offset(1) - DVec4::W
-            }
-            Axes::LightFixed => fitted(offset(1), sides_y, w_row),
-        };
-        let z = (depths.high * w_row - row(space.y, -p_y)) / depths.size();
-
-        // World size of a texel: along an axis that runs across the warp it grows with w, along the warp with w^2.
-        let w_centre = match self.axes {
-            Axes::View => 1.0,
-            Axes::LightFixed => w(axes[0] * centre[0] + axes[1] * centre[1]),
-        };
-        let texel = |axis: DVec3, extent: Extent, texels: u32| {
-            let size = extent.size() / f64::from(texels);
-            size * DVec2::new(axis.dot(space.x).abs(), axis.dot(space.z).abs() / w_centre)
-        };
-        let texels = match self.axes {
-            Axes::View => [
-                DVec2::new(sides_x.size() / f64::from(self.map_size[0]), 0.0),
-                DVec2::new(0.0, sides_y.size() / f64::from(self.map_size[1])),
-            ],
-            Axes::LightFixed => [texel(axes[0], sides_x, self.map_size[0]), texel(axes[1], sides_y, self.map_size[1])],
-        };
-        Ok(ShadowMap::new(origin, [x, y, z, w_row], warp, space, texels, self.map_size))
+        let z = (depths.high * w - above_middle) / depths.size();
+        Ok(ShadowMap::new(origin, [x, y, z, w], warp, space, texel_extents, self.map_size))
     }
 
     /// Returns the worst perspective aliasing of a finished map over the receivers, in pixels per texel.
@@ -235,14 +201,14 @@ impl<'a> Fit<'a> {
         let light = self.light.as_directional()?;
         let body_origin = self.origin()?;
         let to_light = light.to_light();
-        let (mut height, mut greatest) = (Extent::NONE, 0.0);
-        self.for_each_receiver(body_origin, |q| {
-            height.include(to_light.dot(q));
-            greatest = max(greatest, q.abs().max_element());
-        });
-        if self.near_depth == NearDepth::Casters {
-            height.high = max(height.high, self.highest_caster(light, body_origin, 0.0, |_| 1.0));
-        }
+        let (sizes, height) = self.fractions(
+            light,
+            body_origin,
+            [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| row(axis, 0.0)),
+            row(to_light, 0.0),
+            DVec4::W,
+        );
+        let greatest = sizes.map(Extent::size).into_iter().fold(0.0, max);
         let height = height.at_least(max(LEAST_ASPECT * greatest, crate::error::MIN_LENGTH));
         let shift = to_light.dot(origin - body_origin);
         Ok(row(-to_light, height.high - shift) / height.size())
@@ -253,36 +219,74 @@ impl<'a> Fit<'a> {
         self.receivers.iter().find(|body| !body.is_empty()).map(Body::origin).ok_or(Error::NothingVisible)
     }
 
-    /// Calls `f` with every vertex of the receivers, relative to `origin`.
+    /// The extremes of `axis . p` over the receivers, for each of some axes and positions relative to `origin`.
     #[inline(always)]
-    pub(crate) fn for_each_receiver(&self, origin: DVec3, mut f: impl FnMut(DVec3)) {
+    fn extents<const N: usize>(&self, origin: DVec3, axes: [DVec3; N]) -> [Extent; N] {
+        let mut extents = [Extent::NONE; N];
         for body in self.receivers {
             let shift = body.origin() - origin;
             for vertex in body.vertices() {
-                f(*vertex + shift);
+                let q = *vertex + shift;
+                for axis in 0..N {
+                    extents[axis].include(axes[axis].dot(q));
+                }
             }
         }
+        extents
     }
 
-    /// Returns the greatest `(height - base)/w` of the casters, for `w` of points relative to `origin`.
-    fn highest_caster(&self, light: &Directional, origin: DVec3, base: f64, w: impl Fn(DVec3) -> f64) -> f64 {
-        let mut highest = f64::NEG_INFINITY;
+    /// The extremes of linear fractions over `w`: of some rows over the receivers, and of the height from the receivers to the
+    /// casters, as [`NearDepth`] says.
+    #[inline(always)]
+    fn fractions<const N: usize>(
+        &self,
+        light: &Directional,
+        origin: DVec3,
+        rows: [DVec4; N],
+        height: DVec4,
+        w: DVec4,
+    ) -> ([Extent; N], Extent) {
+        let (mut sides, mut depths) = ([Extent::NONE; N], Extent::NONE);
+        let with_casters = self.near_depth == NearDepth::Casters;
         for body in self.receivers {
             let shift = body.origin() - origin;
-            let base = base - light.to_light().dot(shift);
-            if let Some(reach) = body.casters_reach(light, self.casters, base, |q| w(q + shift)) {
-                highest = max(highest, reach);
+            let (rows, height, w) = (rows.map(|row| moved(row, shift)), moved(height, shift), moved(w, shift));
+            let mut reach = Reach::new(light.to_light(), self.casters, body.origin(), height, w);
+            for (vertex, &q) in body.vertices().iter().enumerate() {
+                let per_w = 1.0 / at(w, q);
+                for axis in 0..N {
+                    sides[axis].include(at(rows[axis], q) * per_w);
+                }
+                let height = at(height, q);
+                depths.include(height * per_w);
+                reach.include(vertex, q, height, per_w);
+            }
+            if with_casters {
+                let inside = body.is_inside(self.casters);
+                let reach = if inside { reach.of_enclosed(body) } else { reach.of_any(body, self.casters) };
+                depths.high = max(reach, depths.high);
             }
         }
-        highest
+        (sides, depths)
     }
+}
+
+#[inline(always)]
+fn at(row: DVec4, p: DVec3) -> f64 {
+    row.truncate().dot(p) + row.w
+}
+
+/// The same affine function, for positions relative to a point at `shift`.
+#[inline(always)]
+fn moved(row: DVec4, shift: DVec3) -> DVec4 {
+    row.truncate().extend(row.dot(shift.extend(1.0)))
 }
 
 fn row(linear: DVec3, constant: f64) -> DVec4 {
     linear.extend(constant)
 }
 
-/// The row that maps the extremes of `row . p/(w . p)` to -1 and 1.
-fn fitted(row: DVec4, extremes: Extent, w_row: DVec4) -> DVec4 {
-    (2.0 * row - (extremes.low + extremes.high) * w_row) / extremes.size()
+/// The row whose fraction over `w` goes from -1 to 1 where that of `row` goes from one extreme to the other.
+fn fitted(row: DVec4, extremes: Extent, w: DVec4) -> DVec4 {
+    (2.0 * row - (extremes.low + extremes.high) * w) / extremes.size()
 }

@@ -56,7 +56,7 @@ impl Fit<'_> {
         // One unit of depth, at w = 1, in world units along the light.
         let depth_range = -1.0 / rows[2].truncate().dot(light);
         let mut worst = DVec3::ZERO;
-        self.for_each_receiver(origin, |q| {
+        for q in self.receivers.iter().flat_map(|body| body.vertices().iter().map(|v| *v + (body.origin() - origin))) {
             let w = rows[3].dot(q.extend(1.0));
             let size = (q.abs() + light.abs() * (depth_range * w)).extend(1.0);
             let [x, y, z, own] = rows.map(|row: DVec4| {
@@ -67,7 +67,7 @@ impl Fit<'_> {
             });
             // Depth is compared with 0 and with w, and may have been formed as w - z.
             worst = worst.max(DVec3::new(x + own, y + own, z + 2.0 * own));
-        });
+        }
         worst
     }
 }

@@ -241,7 +241,7 @@ impl View {
         };
         let before = Plane::from_unit(-forward, -near);
         let beyond = Plane::from_unit(forward, far);
-        let planes = [left_of, right_of, below, above, before, beyond];
+        let planes = [beyond, left_of, right_of, above, below, before];
         Self { eye, right, up, forward, lens, near, far, planes }
     }
 
@@ -287,11 +287,11 @@ impl View {
         self.far
     }
 
-    /// Returns the planes of the view volume with outward unit normals, relative to the eye: left, right, bottom, top,
-    /// near, and far where it is finite.
+    /// Returns the planes of the view volume with outward unit normals, relative to the eye: far where it is finite, left,
+    /// right, top, bottom, near. (Cutting is quickest in this order, and most accurate with the near plane last.)
     #[must_use]
     pub fn planes(&self) -> &[Plane] {
-        if self.far == f64::INFINITY { &self.planes[..5] } else { &self.planes }
+        if self.far == f64::INFINITY { &self.planes[1..] } else { &self.planes }
     }
 
     /// Returns how many pixels a world unit across the view covers at a depth along [`View::forward`]: the larger of

@@ -2,12 +2,13 @@
 
 use glam::DVec3;
 
-use super::{ConvexBody, before};
+use super::{ConvexBody, after, before};
 use crate::error::Error;
+use crate::math::min;
 use crate::plane::Plane;
 
-/// Marks an edge that leads to a new vertex, whose number stands in the other bits.
-const NEW: u16 = 1 << 15;
+/// Marks a half-edge that leads to a new vertex, whose number stands in the other bits.
+const NEW: usize = 1 << 15;
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Cuts away what lies beyond a plane, given relative to [`ConvexBody::origin`]. Points on the plane are inside.
@@ -19,13 +20,20 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// # Errors
     /// [`Error::BodyFull`] if there is no room for the new face or vertices; the body is then unchanged.
     pub fn cut(&mut self, plane: &Plane) -> Result<(), Error> {
-        let mut beyond = [0.0; V];
-        let mut removed = [0_u8; V];
+        self.cut_with(plane, &mut Scratch::new())
+    }
+
+    /// As [`ConvexBody::cut`], with the scratch space of the cuts before.
+    #[inline(always)]
+    pub(super) fn cut_with(&mut self, plane: &Plane, scratch: &mut Scratch<V>) -> Result<(), Error> {
+        let points = &self.points[..self.len];
+        let beyond = &mut scratch.beyond[..self.len];
         let mut removed_len = 0;
-        for (v, point) in self.vertices().iter().enumerate() {
-            beyond[v] = plane.distance(*point);
-            removed[removed_len] = v as u8;
-            removed_len += usize::from(beyond[v] > 0.0);
+        for v in 0..self.len {
+            let distance = plane.distance(points[v]);
+            beyond[v] = distance;
+            scratch.removed[removed_len] = v as u8;
+            removed_len += usize::from(distance > 0.0);
         }
         if removed_len == 0 {
             return Ok(());
@@ -35,21 +43,19 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             return Ok(());
         }
         let face = self.free_face()?;
-        let done = match self.try_cut(&beyond, &removed[..removed_len], face) {
-            Outcome::Torn => {
-                removed_len = self.mend(&mut beyond, &mut removed);
-                self.try_cut(&beyond, &removed[..removed_len], face)
+        let mut mended = false;
+        loop {
+            match self.try_cut(scratch, removed_len, face) {
+                Outcome::Cut => {
+                    self.planes[face] = *plane;
+                    self.planes_len = self.planes_len.max(face + 1);
+                    return Ok(());
+                }
+                Outcome::Torn if !mended => removed_len = self.mend(scratch),
+                // After mending, both sides hang together and the cut cannot be torn; too little room it may have.
+                Outcome::Torn | Outcome::Full => return Err(Error::BodyFull),
             }
-            done => done,
-        };
-        match done {
-            Outcome::Cut => {
-                self.planes[face] = *plane;
-                self.planes_len = self.planes_len.max(face + 1);
-                Ok(())
-            }
-            // After mending, both sides hang together, so a torn cut is impossible; too little room is not.
-            Outcome::Torn | Outcome::Full => Err(Error::BodyFull),
+            mended = true;
         }
     }
 
@@ -58,98 +64,103 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         if self.planes_len < F {
             return Ok(self.planes_len);
         }
-        let used = self.corners[..self.len].iter().flat_map(|c| c.face).fold(0_u64, |set, f| set | 1 << f);
-        (0..F).find(|f| used & 1 << f == 0).ok_or(Error::BodyFull)
+        let used = self.halves().fold(0_u64, |set, half| set | 1 << self.left(half));
+        (6..F).find(|f| used & 1 << f == 0).ok_or(Error::BodyFull)
     }
 
     /// Cuts along the edges between kept and removed vertices, if they form a single cycle that crosses no face twice.
     /// Otherwise leaves the body as it is.
-    fn try_cut(&mut self, beyond: &[f64; V], removed: &[u8], face: usize) -> Outcome {
-        // Every cut edge, from its kept end; its new vertex; and the edge as the removed end knows it.
-        let mut cut = [0_u16; V];
-        let mut undo = [0_u16; V];
-        let mut points = [DVec3::ZERO; V];
+    #[inline(always)]
+    fn try_cut(&mut self, scratch: &mut Scratch<V>, removed_len: usize, new_face: usize) -> Outcome {
+        let Scratch { beyond, removed, cut } = scratch;
+        let removed = &removed[..removed_len];
         let mut len = 0;
-        let mut outcome = Outcome::Cut;
-        'edges: for &v in removed {
-            let v = usize::from(v);
+        for &v in removed {
+            let ends = self.next[usize::from(v)];
             for edge in 0..3 {
-                let half = self.corners[v].twin[edge];
-                let kept = usize::from(half >> 2);
+                let start = usize::from(ends[edge]);
+                let kept = start >> 2;
                 if beyond[kept] > 0.0 {
                     continue;
                 }
                 if len == V {
-                    outcome = Outcome::Torn;
-                    break 'edges;
+                    return self.undo(removed, Outcome::Torn);
                 }
-                points[len] = divide(self.points[kept], -beyond[kept], self.points[v], beyond[v]);
-                cut[len] = half;
-                undo[len] = (4 * v + edge) as u16;
-                self.corners[kept].twin[usize::from(half & 3)] = NEW | len as u16;
+                let point = self.divide(kept, usize::from(v), beyond);
+                // New vertices go where removed ones were, then to the end.
+                let half = after(start);
+                let slot = if len < removed.len() { removed[len] } else { (self.len + len - removed.len()) as u8 };
+                cut[len] = Cut { point, half: half as u16, start: start as u16, slot, next: 0, face: 0 };
+                self.set_next(half, NEW | len);
                 len += 1;
             }
         }
-        if outcome == Outcome::Cut && len > removed.len() + V - self.len {
-            outcome = Outcome::Full;
+        if len > removed.len() + V - self.len {
+            return self.undo(removed, Outcome::Full);
         }
 
-        // From each cut edge follow the face to its right, along the kept side, to the cut edge where that face ends.
-        let mut next = [0_u8; V];
-        let mut faces = [0_u8; V];
-        if outcome == Outcome::Cut {
-            let mut crossed = 0_u64;
-            for i in 0..len {
-                let mut half = before(usize::from(cut[i]));
-                faces[i] = self.corners[half >> 2].face[half & 3];
-                crossed |= 1 << faces[i];
-                let end = loop {
-                    let twin = self.corners[half >> 2].twin[half & 3];
-                    if twin & NEW != 0 {
-                        break twin & !NEW;
-                    }
-                    half = before(usize::from(twin));
-                };
-                next[i] = end as u8;
+        // From each cut edge follow the face to its right, along the kept side, to the cut edge where that face ends; and on
+        // from there, until the cycle closes.
+        let (mut i, mut crossed, mut twice, mut steps) = (0, 0_u64, false, 0);
+        loop {
+            let mut half = usize::from(cut[i].start);
+            let face = self.left(half);
+            twice |= crossed & 1 << face != 0;
+            crossed |= 1 << face;
+            while half & NEW == 0 {
+                half = self.next(half);
             }
-            let mut steps = 1;
-            let mut i = usize::from(next[0]);
-            while i != 0 {
-                i = usize::from(next[i]);
-                steps += 1;
-            }
-            if steps != len || crossed.count_ones() as usize != len {
-                outcome = Outcome::Torn;
+            cut[i].next = (half & !NEW) as u16;
+            cut[i].face = face as u8;
+            i = half & !NEW;
+            steps += 1;
+            if i == 0 {
+                break;
             }
         }
-        if outcome != Outcome::Cut {
-            for (&half, &back) in cut[..len].iter().zip(&undo) {
-                self.corners[usize::from(half >> 2)].twin[usize::from(half & 3)] = back;
-            }
-            return outcome;
+        if steps != len || twice {
+            return self.undo(removed, Outcome::Torn);
         }
 
-        // New vertices go where removed ones were, then to the end. Their edges, counter-clockwise: back to the kept end,
-        // on to the next new vertex, and to the one before.
-        let old_len = self.len;
-        let slot = |i: usize| if i < removed.len() { usize::from(removed[i]) } else { old_len + i - removed.len() };
-        for i in 0..len {
-            let (here, there) = (slot(i), slot(usize::from(next[i])));
-            let half = usize::from(cut[i]);
-            self.points[here] = points[i];
-            self.corners[half >> 2].twin[half & 3] = (4 * here) as u16;
-            let other_face = self.corners[half >> 2].face[half & 3];
-            let corner = &mut self.corners[here];
-            corner.twin[0] = cut[i];
-            corner.twin[1] = (4 * there + 2) as u16;
-            corner.face = [faces[i], face as u8, other_face];
-            self.corners[there].twin[2] = (4 * here + 1) as u16;
+        // The half-edges of a new vertex, counter-clockwise: back to the kept end, on to the next new vertex, and to the one
+        // before. The new face is on the left of those in the middle.
+        for edge in &cut[..len] {
+            let (here, there) = (usize::from(edge.slot), usize::from(cut[usize::from(edge.next)].slot));
+            let half = usize::from(edge.half);
+            self.points[here] = edge.point;
+            self.left[here] = [edge.face, new_face as u8, self.left(half) as u8, 0];
+            self.set_next(half, 4 * here + 2);
+            self.set_next(4 * here, usize::from(edge.start));
+            self.set_next(4 * here + 1, 4 * there + 1);
+            self.set_next(4 * there + 2, 4 * here);
         }
-        self.len = old_len + len.saturating_sub(removed.len());
+        self.len += len.saturating_sub(removed.len());
         for &hole in removed.get(len..).unwrap_or(&[]).iter().rev() {
             self.move_last_to(usize::from(hole));
         }
         Outcome::Cut
+    }
+
+    /// Where the edge from a kept to a removed vertex meets the plane, measured from the end that is nearer to it.
+    #[inline(always)]
+    fn divide(&self, kept: usize, removed: usize, beyond: &[f64; V]) -> DVec3 {
+        let (a, b) = (-beyond[kept], beyond[removed]);
+        let (near, far) = if a <= b { (kept, removed) } else { (removed, kept) };
+        self.points[near] + (self.points[far] - self.points[near]) * (min(a, b) / (a + b))
+    }
+
+    /// Links cut edges up again.
+    #[cold]
+    fn undo(&mut self, removed: &[u8], outcome: Outcome) -> Outcome {
+        for v in removed.iter().map(|v| usize::from(*v)) {
+            for gone in 4 * v..4 * v + 3 {
+                let half = after(self.next(gone));
+                if self.next(half) & NEW != 0 {
+                    self.set_next(half, before(gone));
+                }
+            }
+        }
+        outcome
     }
 
     /// Fills a hole in the table of vertices with its last one.
@@ -159,16 +170,19 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             return;
         }
         self.points[hole] = self.points[self.len];
-        self.corners[hole] = self.corners[self.len];
-        for (edge, half) in self.corners[hole].twin.map(usize::from).into_iter().enumerate() {
-            self.corners[half >> 2].twin[half & 3] = (4 * hole + edge) as u16;
+        self.next[hole] = self.next[self.len];
+        self.left[hole] = self.left[self.len];
+        for half in 4 * hole..4 * hole + 3 {
+            let twin = after(self.next(half));
+            self.set_next(twin, before(half));
         }
     }
 
     /// Mends signs that rounding has spoiled: keeps what hangs together with the deepest vertex, and of the rest removes
     /// only the largest part that hangs together. Returns how many vertices are removed.
     #[cold]
-    fn mend(&self, beyond: &mut [f64; V], removed: &mut [u8; V]) -> usize {
+    fn mend(&self, scratch: &mut Scratch<V>) -> usize {
+        let Scratch { beyond, removed, .. } = scratch;
         let deepest = (0..self.len).fold(0, |a, b| if beyond[b] < beyond[a] { b } else { a });
         let mut part = [0_usize; V];
         self.flood(&mut part, deepest, 1, |v| beyond[v] <= 0.0);
@@ -203,8 +217,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         part[start] = number;
         let (mut len, mut done) = (1, 0);
         while done < len {
-            for half in self.corners[usize::from(found[done])].twin {
-                let v = usize::from(half >> 2);
+            for half in 4 * usize::from(found[done])..4 * usize::from(found[done]) + 3 {
+                let v = self.next(half) >> 2;
                 if part[v] == 0 && passes(v) {
                     part[v] = number;
                     found[len] = v as u8;
@@ -217,14 +231,44 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     }
 }
 
+/// What a cut writes down on its way; kept from cut to cut, for clearing it costs a tenth of the cut.
+pub(super) struct Scratch<const V: usize> {
+    /// How far each vertex is beyond the plane.
+    beyond: [f64; V],
+    /// The vertices beyond the plane.
+    removed: [u8; V],
+    /// The edges that the plane cuts.
+    cut: [Cut; V],
+}
+
+impl<const V: usize> Scratch<V> {
+    pub(super) fn new() -> Self {
+        Self { beyond: [0.0; V], removed: [0; V], cut: [Cut::UNUSED; V] }
+    }
+}
+
+/// An edge between a kept and a removed vertex, and the new vertex on it.
+#[derive(Clone, Copy)]
+struct Cut {
+    point: DVec3,
+    /// The half-edge from the kept end.
+    half: u16,
+    /// The half-edge that follows on the way from the removed to the kept end.
+    start: u16,
+    /// The new vertex's number.
+    slot: u8,
+    /// The next edge along the cut, and the face between.
+    next: u16,
+    face: u8,
+}
+
+impl Cut {
+    const UNUSED: Self = Self { point: DVec3::ZERO, half: 0, start: 0, slot: 0, next: 0, face: 0 };
+}
+
 #[derive(Clone, Copy, PartialEq)]
 enum Outcome {
     Cut,
     Torn,
     Full,
-}
-
-/// The point where the way from `p`, `a` inside, to `q`, `b` outside, meets the plane; measured from the nearer end.
-fn divide(p: DVec3, a: f64, q: DVec3, b: f64) -> DVec3 {
-    if a <= b { p + (q - p) * (a / (a + b)) } else { q + (p - q) * (b / (a + b)) }
 }

@@ -1,1 +1,146 @@
-fn main() {}
+//! Says how good each shadow-map technique is for a camera, a light and the bounds of a scene: a table on standard
+//! output, and a page with pictures.
+
+mod gltf_scene;
+mod measure;
+mod page;
+mod picture;
+mod plot;
+mod scene;
+mod table;
+
+use std::io::{ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use clap::Parser;
+use clap::error::ErrorKind as Usage;
+
+use measure::Report;
+use scene::Scene;
+
+/// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
+///
+/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper.
+#[derive(Parser)]
+#[command(name = "report", version)]
+struct Cli {
+    /// Read the scene from a JSON file; `-` is standard input.
+    #[arg(long, value_name = "FILE.json", conflicts_with = "gltf")]
+    scene: Option<PathBuf>,
+    /// Read bounds, camera and directional light from a glTF file; what it lacks is made up from its bounds.
+    #[arg(long, value_name = "FILE.glb|gltf")]
+    gltf: Option<PathBuf>,
+    /// Where the page goes. By default `target/report/<scene name>.html`; with `--json`, nowhere.
+    #[arg(long, value_name = "FILE.html")]
+    out: Option<PathBuf>,
+    /// Print the results as JSON, and nothing else.
+    #[arg(long)]
+    json: bool,
+}
+
+const EMBEDDED: &str = include_str!("../scenes/paper.json");
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) if matches!(error.kind(), Usage::DisplayHelp | Usage::DisplayVersion) => {
+            // A closed pipe is the reader's choice.
+            let _ = error.print();
+            return ExitCode::SUCCESS;
+        }
+        Err(error) => {
+            let text = error.to_string();
+            let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
+            return fail(&format!("{message} (see --help)"));
+        }
+    };
+    match run(&cli) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) => fail(&format!("{error:#}")),
+    }
+}
+
+fn run(cli: &Cli) -> Result<()> {
+    let (name, scene, notes) = read(cli)?;
+    let job = scene.validated().with_context(|| name.clone())?;
+    let report = measure::report(&name_of(&name), scene, notes, &job).with_context(|| name)?;
+
+    // The page first: where it cannot be written, the error is all there is.
+    let page = page_path(cli, &report);
+    if let Some(path) = &page {
+        write_page(path, &page::html(&job, &report)?)?;
+    }
+    let mut stdout = std::io::stdout().lock();
+    if cli.json {
+        serde_json::to_writer(&mut stdout, &report).map_err(std::io::Error::from)?;
+        writeln!(stdout)?;
+    } else {
+        write!(stdout, "{}", table::text(&report))?;
+        if let Some(path) = page {
+            writeln!(stdout, "\npage: {}", path.display())?;
+        }
+    }
+    stdout.flush()?;
+    Ok(())
+}
+
+/// The scene's name for messages, the scene, and what was made up in it.
+fn read(cli: &Cli) -> Result<(String, Scene, Vec<String>)> {
+    if let Some(path) = &cli.gltf {
+        let name = path.display().to_string();
+        let (scene, notes) = gltf_scene::read(path).with_context(|| name.clone())?;
+        return Ok((name, scene, notes));
+    }
+    let (name, text) = match &cli.scene {
+        None => ("paper".to_owned(), EMBEDDED.to_owned()),
+        Some(path) if path == Path::new("-") => {
+            let mut text = String::new();
+            std::io::stdin().read_to_string(&mut text).context("standard input")?;
+            ("stdin".to_owned(), text)
+        }
+        Some(path) => {
+            let name = path.display().to_string();
+            let text = std::fs::read_to_string(path).with_context(|| name.clone())?;
+            (name, text)
+        }
+    };
+    let scene = Scene::parse(&text).with_context(|| name.clone())?;
+    Ok((name, scene, Vec::new()))
+}
+
+/// A file's name without folder and extension.
+fn name_of(source: &str) -> String {
+    let stem = Path::new(source).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    stem.unwrap_or_else(|| "scene".to_owned())
+}
+
+/// Where the page goes, if there is to be one. Without techniques there is nothing to draw.
+fn page_path(cli: &Cli, report: &Report) -> Option<PathBuf> {
+    if report.techniques.is_empty() {
+        return None;
+    }
+    let by_default = || Path::new("target/report").join(format!("{}.html", report.name));
+    cli.out.clone().or_else(|| (!cli.json).then(by_default))
+}
+
+fn write_page(path: &Path, page: &str) -> Result<()> {
+    let place = || format!("--out {}", path.display());
+    if let Some(folder) = path.parent() {
+        std::fs::create_dir_all(folder).with_context(place)?;
+    }
+    std::fs::write(path, page).with_context(place)
+}
+
+fn is_broken_pipe(error: &anyhow::Error) -> bool {
+    error.downcast_ref::<std::io::Error>().is_some_and(|error| error.kind() == ErrorKind::BrokenPipe)
+}
+
+/// One line on standard error, whatever the message quotes.
+fn fail(message: &str) -> ExitCode {
+    let line: String = message.chars().map(|c| if c.is_control() { ' ' } else { c }).collect();
+    let _ = writeln!(std::io::stderr(), "report: {line}");
+    ExitCode::from(2)
+}

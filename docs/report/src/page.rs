@@ -1,0 +1,181 @@
+//! The page: table and pictures in one file that needs no other.
+
+use anyhow::Result;
+use maud::{DOCTYPE, Markup, PreEscaped, html};
+use shadow_warp::Lens;
+
+use crate::measure::{Report, Row};
+use crate::picture::{BODY, Drawing, EYE, TEXELS, WARP, WORLD, units};
+use crate::plot;
+use crate::scene::Job;
+use crate::table::{COLUMNS, plain};
+
+const STYLE: &str = "
+:root { color-scheme: light; }
+body { margin: 0; background: #f6f7f9; color: #1d2733; font: 16px/1.55 system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif; }
+main { max-width: 1120px; margin: 0 auto; padding: 36px 24px 64px; }
+h1 { font-size: 30px; line-height: 1.2; margin: 0 0 6px; }
+h2 { font-size: 21px; margin: 44px 0 8px; }
+h3 { font-size: 17px; margin: 0 0 2px; }
+p { margin: 6px 0; max-width: 82ch; }
+.lead { color: #4a5766; }
+.card { background: #fff; border: 1px solid #dfe4ea; border-radius: 8px; padding: 18px 20px; margin: 16px 0; }
+table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
+.wide { overflow-x: auto; }
+.results { width: 100%; font-size: 14.5px; }
+.results th, .results td { text-align: right; padding: 7px 10px; border-bottom: 1px solid #e8ecf0; white-space: nowrap; }
+.results th:first-child, .results td:first-child { text-align: left; padding-left: 2px; }
+.results td:first-child { font-weight: 600; }
+.results thead th { border-bottom: 2px solid #c3cad2; vertical-align: bottom; }
+.unit { display: block; font-weight: 400; font-size: 12.5px; color: #66727f; }
+.best { color: #0b6b3a; font-weight: 700; }
+.facts th { text-align: left; font-weight: 600; padding: 3px 22px 3px 0; vertical-align: top; white-space: nowrap; }
+.facts td { padding: 3px 0; }
+dl { display: grid; grid-template-columns: max-content 1fr; gap: 4px 16px; margin: 8px 0; font-size: 14.5px; }
+dt { font-weight: 600; } dd { margin: 0; }
+.pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(320px, 1fr)); gap: 8px; margin-top: 8px; }
+svg { max-width: 100%; height: auto; display: block; }
+.legend { display: grid; grid-template-columns: repeat(auto-fit, minmax(310px, 1fr)); gap: 4px 24px; font-size: 14.5px; padding: 0; margin: 8px 0; list-style: none; }
+.legend li { display: flex; gap: 10px; }
+.legend i { flex: none; width: 24px; height: 0; border-top: 3px solid; margin-top: 10px; }
+.legend i.dashed { border-top-style: dashed; }
+.legend i.dotted { border-top-style: dotted; }
+.caption { font-size: 14px; color: #4a5766; margin: 4px 0 0; max-width: none; }
+@media print { body { background: #fff; } .card { break-inside: avoid; } }
+";
+
+pub(crate) fn html(job: &Job, report: &Report) -> Result<String> {
+    let plot = plot::depth_plot(job, report)?;
+    let page = html! {
+        (DOCTYPE)
+        html lang="en" {
+            head {
+                meta charset="utf-8";
+                meta name="viewport" content="width=device-width, initial-scale=1";
+                title { "Shadow-map report: " (report.name) }
+                style { (PreEscaped(STYLE)) }
+            }
+            body { main {
+                h1 { "Shadow-map report: " (report.name) }
+                p.lead {
+                    "Every map below covers exactly the part of the scene that the camera sees. They differ in where they spend \
+                     their texels."
+                }
+                (facts(job, report))
+                h2 { "Results" }
+                (results(report))
+                h2 { "Aliasing over depth" }
+                div.card {
+                    (PreEscaped(plot))
+                    p.caption {
+                        "At each depth, the worst point of what the camera sees there; the highest point of a curve is the \
+                         technique's worst in the table. Both axes are logarithmic"
+                        @if !job.view.is_perspective() { ", but for the depth of an orthographic camera" }
+                        ". A perfect map lies at 1 throughout; below it the map is finer than the picture."
+                    }
+                }
+                h2 { "The maps" }
+                (legend())
+                @for row in &report.techniques { (technique(job, report, row)) }
+            } }
+        }
+    };
+    Ok(page.into_string())
+}
+
+fn facts(job: &Job, report: &Report) -> Markup {
+    let vector = |v: [f64; 3]| format!("({}, {}, {})", plain(v[0]), plain(v[1]), plain(v[2]));
+    let view = &job.view;
+    let lens = match view.lens() {
+        Lens::Perspective(s) => format!(
+            "perspective, tangents {} to {} across and {} to {} up",
+            plain(s.left),
+            plain(s.right),
+            plain(s.bottom),
+            plain(s.top)
+        ),
+        Lens::Orthographic(s) => {
+            format!("orthographic, {} x {} units", plain(s.right - s.left), plain(s.top - s.bottom))
+        }
+    };
+    let cuboid = |b: &shadow_warp::Bounds| format!("{} to {}", vector(b.min().to_array()), vector(b.max().to_array()));
+    let ([map_x, map_y], [width, height]) = (job.map, job.viewport);
+    html! {
+        div.card {
+            table.facts {
+                tr { th { "Camera" } td {
+                    "at " (vector(view.eye().to_array())) ", looking along " (vector(view.forward().to_array())) "; " (lens)
+                    "; near " (plain(view.near())) ", far " (plain(view.far()))
+                } }
+                tr { th { "Light" } td { "directional, towards " (vector(report.light.to_light)) } }
+                tr { th { "Receivers" } td { (cuboid(&job.receivers)) } }
+                tr { th { "Casters" } td { (cuboid(&job.casters)) } }
+                tr { th { "Sizes" } td { "map " (map_x) " x " (map_y) " texels, picture " (width) " x " (height) " pixels" } }
+                @for note in &report.notes { tr { th { "Note" } td { (note) } } }
+            }
+        }
+    }
+}
+
+fn results(report: &Report) -> Markup {
+    let best = report.techniques.iter().map(|row| row.worst_pixels_per_texel).fold(f64::INFINITY, f64::min);
+    let is_best = |row: &Row, title: &str| title == "worst" && row.worst_pixels_per_texel <= best;
+    html! {
+        div.card {
+            div.wide { table.results {
+                thead { tr { @for column in COLUMNS {
+                    th { (column.title) span.unit { (column.unit) @if column.unit.is_empty() { (PreEscaped("&nbsp;")) } } }
+                } } }
+                tbody { @for row in &report.techniques { tr { @for column in COLUMNS {
+                    td class=[is_best(row, column.title).then_some("best")] { ((column.cell)(row)) }
+                } } } }
+            } }
+            dl {
+                @for column in COLUMNS.iter().skip(1) { dt { (column.title) } dd { (column.meaning) "." } }
+            }
+            p.caption { "The mean is taken over " (report.mean_over) "." }
+        }
+    }
+}
+
+fn legend() -> Markup {
+    let items = [
+        (BODY, "", "the body: the part of the receivers that the camera sees"),
+        (EYE, "dashed", "the camera: its eye (dot) and the edges of its view volume"),
+        (WARP, "", "the border of the map: the warp's frustum, cut across"),
+        (WARP, "dotted", "its sides, towards the point where they meet"),
+        (TEXELS, "", "lines of the texel grid, one for every 16th of the map"),
+        (WORLD, "", "right picture: a regular grid in the world, as the map shows it"),
+    ];
+    html! {
+        div.card {
+            p {
+                "Each technique is drawn twice, as the light sees it. The left picture shows the scene undistorted: small cells are \
+                 where the map has its texels close together. The right picture shows the map itself, with all cells alike: \
+                 what lies near the camera is drawn large there. The far end is at the top of both."
+            }
+            ul.legend { @for (colour, line, text) in items {
+                li { i class=(line) style={ "border-color:" (colour) } {} span { (text) } }
+            } }
+        }
+    }
+}
+
+fn technique(job: &Job, report: &Report, row: &Row) -> Markup {
+    let drawing = Drawing::new(job, &report.body.receivers, row);
+    html! {
+        section.card {
+            h3 { (row.name) }
+            p.lead { (row.what) }
+            div.pair {
+                figure style="margin:0" { (PreEscaped(drawing.before())) }
+                figure style="margin:0" { (PreEscaped(drawing.after())) }
+            }
+            p.caption {
+                "Ratio " (plain(row.warp_ratio)) ", worst " (plain(row.worst_pixels_per_texel)) " px/texel, mean "
+                (plain(row.mean_pixels_per_texel)) " px/texel. Lines of the world's grid are "
+                (units(drawing.world_spacing())) " apart."
+            }
+        }
+    }
+}

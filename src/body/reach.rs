@@ -1,0 +1,182 @@
+//! How far towards the light the casters of a body reach, without building their body.
+
+use glam::{DVec3, DVec4};
+
+use super::{Body, ConvexBody};
+use crate::math::{max, min};
+use crate::scene::Bounds;
+
+/// Looks for the greatest `height(c)/w(c)` over all casters `c` of a body, for affine functions given as rows: `height` grows by
+/// one per unit towards the light, `w` is constant in that direction and positive on the body.
+///
+/// Above a receiver `q` the casters end where the ray to the light leaves the casters' box, at the first of at
+/// most three planes. So the answer is the maximum over the body of the least of three linear fractions. For each plane
+/// alone the maximum is at a vertex: the least of these three is a bound, and if a vertex attains it, it is the answer.
+/// Otherwise the maximum may be where two planes are left at once, on an edge, or all three: at the corner of the
+/// box, if that lies above the body.
+pub(crate) struct Reach<const V: usize = 20> {
+    height: DVec4,
+    w: DVec4,
+    to_light: DVec3,
+    /// The corner of the box that is furthest towards the light; at infinity in directions perpendicular to it.
+    corner: DVec3,
+    /// The reciprocals of the light's coordinates; 1 for those that are 0.
+    per_length: DVec3,
+    /// The three fractions of each vertex seen, the greatest of each, and the greatest of their least.
+    fractions: [[f64; 3]; V],
+    bounds: [f64; 3],
+    best: f64,
+}
+
+/// A body cut by the sweep of a box: 6 faces, of which at most 3 are hidden from the light, and at most 6 edges between.
+type ShadedBody = ConvexBody<38, 21>;
+
+impl<const V: usize> Reach<V> {
+    /// Starts the search, with no vertex seen. Positions are relative to `origin`.
+    #[inline(always)]
+    pub(crate) fn new(to_light: DVec3, casters: &Bounds, origin: DVec3, height: DVec4, w: DVec4) -> Self {
+        let (low, high) = (casters.min() - origin, casters.max() - origin);
+        let corner = |l: f64, low, high| {
+            if l > 0.0 {
+                high
+            } else if l < 0.0 {
+                low
+            } else {
+                f64::INFINITY
+            }
+        };
+        let per_length = |l: f64| if l == 0.0 { 1.0 } else { 1.0 / l };
+        let l = to_light;
+        Self {
+            height,
+            w,
+            to_light,
+            corner: DVec3::new(corner(l.x, low.x, high.x), corner(l.y, low.y, high.y), corner(l.z, low.z, high.z)),
+            per_length: DVec3::new(per_length(l.x), per_length(l.y), per_length(l.z)),
+            fractions: [[f64::NEG_INFINITY; 3]; V],
+            bounds: [f64::NEG_INFINITY; 3],
+            best: f64::NEG_INFINITY,
+        }
+    }
+
+    /// Takes a vertex of the body in, with its own `height` and `1/w`.
+    #[inline(always)]
+    pub(crate) fn include(&mut self, vertex: usize, q: DVec3, height: f64, per_w: f64) {
+        let fractions = self.distances(q).map(|distance| (height + distance) * per_w);
+        self.fractions[vertex] = fractions;
+        self.best = max(least(fractions), self.best);
+        for axis in 0..3 {
+            self.bounds[axis] = max(fractions[axis], self.bounds[axis]);
+        }
+    }
+
+    /// Returns the answer for a body inside the casters' box, all of whose vertices have been taken in.
+    #[inline(always)]
+    pub(crate) fn of_enclosed<const F: usize>(&self, body: &ConvexBody<V, F>) -> f64 {
+        if self.best == least(self.bounds) { self.best } else { self.beyond_vertices(body) }
+    }
+
+    fn beyond_vertices<const F: usize>(&self, body: &ConvexBody<V, F>) -> f64 {
+        let mut best = self.best;
+        // On an edge, each fraction is between its values at the ends: all three must be better than the best so far at one
+        // of the ends.
+        let mut better = [0_u8; V];
+        for (better, fractions) in better.iter_mut().zip(&self.fractions[..body.len]) {
+            let better_by = |axis: usize| u8::from(fractions[axis] > best) << axis;
+            *better = better_by(0) | better_by(1) | better_by(2);
+        }
+        for (a, next) in body.next[..body.len].iter().enumerate() {
+            for edge in 0..3 {
+                let b = usize::from(next[edge] >> 2);
+                if better[a] | better[b] == 0b111 && a < b {
+                    best = max(self.best_on_edge(body.points[a], body.points[b]), best);
+                }
+            }
+        }
+        let corner = self.corner.extend(1.0);
+        let at_corner = self.height.dot(corner) / self.w.dot(corner);
+        let possible = at_corner > best && at_corner <= least(self.bounds);
+        if possible && self.corner_is_above(body) { at_corner } else { best }
+    }
+
+    /// The best of the points of an edge from which the ray leaves through two planes at once.
+    #[cold]
+    fn best_on_edge(&self, p: DVec3, q: DVec3) -> f64 {
+        let mut best = f64::NEG_INFINITY;
+        let (at_p, at_q) = (self.distances(p), self.distances(q));
+        for (i, j) in [(0, 1), (1, 2), (2, 0)] {
+            let (x, y) = (at_p[i] - at_p[j], at_q[i] - at_q[j]);
+            // Fails for the NaN of two planes at infinity too.
+            if x * y < 0.0 {
+                let crossing = p + (q - p) * (x / (x - y));
+                let distance = least(self.distances(crossing));
+                let crossing = crossing.extend(1.0);
+                best = max((self.height.dot(crossing) + distance) / self.w.dot(crossing), best);
+            }
+        }
+        best
+    }
+
+    /// Whether the line from the box's corner along the light meets the body.
+    fn corner_is_above<const F: usize>(&self, body: &ConvexBody<V, F>) -> bool {
+        if !self.corner.is_finite() {
+            return false;
+        }
+        let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
+        for plane in body.bounding_planes() {
+            let (beyond, rate) = (plane.distance(self.corner), plane.normal().dot(self.to_light));
+            if rate > 0.0 {
+                enter = max(beyond / rate, enter);
+            } else if rate < 0.0 {
+                leave = min(beyond / rate, leave);
+            } else if beyond > 0.0 {
+                return false;
+            }
+        }
+        enter <= leave
+    }
+
+    /// How far from a point each of the three planes is, along the ray to the light.
+    #[inline(always)]
+    fn distances(&self, q: DVec3) -> [f64; 3] {
+        ((self.corner - q) * self.per_length).to_array()
+    }
+}
+
+impl Reach {
+    /// Returns the answer for any body; minus infinity if it has no casters.
+    #[cold]
+    pub(crate) fn of_any(&self, body: &Body, casters: &Bounds) -> f64 {
+        // Only that part of the body counts above which there is some of the box.
+        let mut shaded: ShadedBody = body.resized(casters);
+        let whole: ConvexBody<8, 6> = ConvexBody::from_box(casters, body.origin);
+        for plane in whole.sweep_planes(-self.to_light) {
+            // Capacity: see `ShadedBody`.
+            let _ = shaded.cut(&plane);
+        }
+        let mut reach = Reach::<38>::new(self.to_light, casters, body.origin, self.height, self.w);
+        for (vertex, &q) in shaded.vertices().iter().enumerate() {
+            reach.include(vertex, q, self.height.dot(q.extend(1.0)), 1.0 / self.w.dot(q.extend(1.0)));
+        }
+        reach.of_enclosed(&shaded)
+    }
+}
+
+impl Body {
+    /// Whether the box that the body was cut from lies inside another one. Says no for some bodies that are inside.
+    #[inline(always)]
+    pub(crate) fn is_inside(&self, bounds: &Bounds) -> bool {
+        let (low, high) = (bounds.min() - self.origin, bounds.max() - self.origin);
+        let side = |plane: usize| self.planes[plane].offset();
+        -side(0) >= low.x
+            && side(1) <= high.x
+            && -side(2) >= low.y
+            && side(3) <= high.y
+            && -side(4) >= low.z
+            && side(5) <= high.z
+    }
+}
+
+fn least([a, b, c]: [f64; 3]) -> f64 {
+    min(a, min(b, c))
+}

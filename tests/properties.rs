@@ -1,0 +1,79 @@
+//! Properties of the fitted maps, on random scenes.
+//!
+//! The project numbers what must hold of every light-space perspective map; LSP-n stands for property n of this list:
+//!
+//! | LSP | property | test |
+//! |---|---|---|
+//! | 1, 2 | all is inside; each of the six bounds is touched | `matrix::contains_and_touches` |
+//! | 3, 4 | along the light x and y stay, and depth falls | `matrix::light_rays_stay_in_their_texel` |
+//! | 5 | `w` runs from 1 to `1 + eta` over the receivers | `matrix::w_runs_from_one_to_the_ratio` |
+//! | 6 | orthonormal axes; `Z . v` is `+sin gamma` | `light_space::axes_are_orthonormal` |
+//! | 7 | an excess of nothing is the uniform map | `matrix::no_excess_is_uniform` |
+//! | 8 | gradient of the `w` row | `matrix::w_gradient_is_the_view_across_the_light` |
+//! | 9 | matrix y is `2s - 1`, with the odds law | `matrix::y_multiplies_the_odds` |
+//! | 10 | move, turn and scale the world | `invariance` |
+//! | 11 | depth conventions | `matrix::conventions_of_depth` |
+//! | 12 | casters change depth alone | `matrix::casters_change_depth_alone` |
+//! | 13 | winding | `matrix::winding` |
+//! | 14 | the optimum has equal errors at both ends | `optimum::ends_are_equal` |
+//! | 15 | the least error is at `sqrt(near far)` | `optimum::least_error_is_at_the_mean_depth` |
+//! | 16 | no other excess has a smaller worst error | `optimum::no_other_excess_is_better` |
+//! | 17 | uniform, PSM and optimum meet at `sqrt(near far)` | `optimum::three_warps_meet_at_the_mean_depth` |
+//! | 18 | density is the derivative of the matrix | `derivatives::density_along_the_warp` |
+//! | 19, 20 | cross ratios and planes are kept | `matrix::cross_ratios_and_planes_are_kept` |
+//! | 21 | the excess is continuous and `<= d s/(2 z_n)` | `light_space::excess_is_continuous` |
+//! | 22 | parallel and opposite are uniform, exactly | `light_space::parallel_is_uniform` |
+//! | 23 | warps compose and invert | `optimum::warps_compose_and_invert` |
+//!
+//! Tolerances are ten times the worst deviation of a plain program in f64, which the list holds as well.
+
+mod scenes;
+
+#[path = "properties/derivatives.rs"]
+mod derivatives;
+#[path = "properties/invariance.rs"]
+mod invariance;
+#[path = "properties/light_space.rs"]
+mod light_space;
+#[path = "properties/long_run.rs"]
+mod long_run;
+#[path = "properties/matrix.rs"]
+mod matrix;
+#[path = "properties/optimum.rs"]
+mod optimum;
+
+/// How many scenes each property is tried on.
+const CASES: u64 = 1500;
+
+/// The greatest share of its allowance that a deviation has taken, printed at the end.
+struct Worst {
+    what: &'static str,
+    share: f64,
+    deviation: f64,
+}
+
+impl Worst {
+    fn new(what: &'static str) -> Self {
+        Self { what, share: 0.0, deviation: 0.0 }
+    }
+
+    /// Asserts that a deviation is within its allowance. NaN is not.
+    #[track_caller]
+    fn note(&mut self, deviation: f64, allowed: f64, context: impl std::fmt::Debug) {
+        assert!(deviation <= allowed, "{}: {deviation:e} > {allowed:e} in {context:?}", self.what);
+        if deviation > self.share * allowed {
+            (self.share, self.deviation) = (deviation / allowed, deviation);
+        }
+    }
+}
+
+impl Drop for Worst {
+    fn drop(&mut self) {
+        println!("{}: worst {:.2e}, {:.3} of what is allowed", self.what, self.deviation, self.share);
+    }
+}
+
+/// What LSP-1 and LSP-2 allow in normalised device coordinates: ten times `16 ulp (1 + eta) + 1e-13`.
+fn allowance(eta: f64) -> f64 {
+    10.0 * (16.0 * f64::EPSILON * (1.0 + eta) + 1e-13)
+}
