@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use self::clip::Scratch;
 
-use crate::math::{max, min, sqrt};
+use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
 use crate::view::View;
@@ -185,13 +185,6 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             (a - apex).dot((b - apex).cross(c - apex))
         });
         max(six_volumes.sum::<f64>() / 6.0, 0.0)
-    }
-
-    /// Returns the area of the surface; a flat body has both its sides counted.
-    #[must_use]
-    pub fn area(&self) -> f64 {
-        let twice = |[a, b, c]: [DVec3; 3]| sqrt((b - a).cross(c - a).length_squared());
-        0.5 * self.faces().flat_map(|face| face.triangles()).map(twice).sum::<f64>()
     }
 
     /// The numbers of all half-edges.

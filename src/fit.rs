@@ -68,6 +68,11 @@ impl Extent {
         self.high - self.low
     }
 
+    /// The greatest size of a value.
+    fn reach(self) -> f64 {
+        max(self.high, -self.low)
+    }
+
     fn middle(self) -> f64 {
         0.5 * (self.low + self.high)
     }
@@ -82,7 +87,8 @@ impl Extent {
 /// A flat body is fitted as if it were this much of its greatest extent thick. A smaller extent is mostly rounding: of
 /// the order of 2^-52 of the greatest one, which leaves 32 bits at this size.
 const LEAST_ASPECT: f64 = 1.0 / (1 << 20) as f64;
-/// A body is fitted as if it were at least this much of its distance from the eye in size: the rounding of its position.
+/// A body is fitted as if it were at least this much of its distance, from the eye and from its origin, in size: the
+/// rounding of its position.
 const LEAST_ANGLE: f64 = 1.0 / (1_u64 << 50) as f64;
 
 impl<'a> Fit<'a> {
@@ -134,7 +140,8 @@ impl<'a> Fit<'a> {
         let eye_depth = self.view.forward().dot(to_eye);
         let [near, far] = [depth.low - eye_depth, depth.high - eye_depth].map(|z| max(z, self.view.near()));
         let greatest = max(across.size(), max(height.size(), along.size()));
-        let floor = max(LEAST_ASPECT * greatest, max(LEAST_ANGLE * far.abs(), crate::error::MIN_LENGTH));
+        let distance = max(far.abs(), max(across.reach(), max(height.reach(), along.reach())));
+        let floor = least_size(greatest, distance);
         let along = along.at_least(floor);
 
         let d = along.size();
@@ -209,7 +216,8 @@ impl<'a> Fit<'a> {
             DVec4::W,
         );
         let greatest = sizes.map(Extent::size).into_iter().fold(0.0, max);
-        let height = height.at_least(max(LEAST_ASPECT * greatest, crate::error::MIN_LENGTH));
+        let distance = sizes.into_iter().map(Extent::reach).fold(height.reach(), max);
+        let height = height.at_least(least_size(greatest, distance));
         let shift = to_light.dot(origin - body_origin);
         Ok(row(-to_light, height.high - shift) / height.size())
     }
@@ -280,6 +288,11 @@ fn at(row: DVec4, p: DVec3) -> f64 {
 #[inline(always)]
 fn moved(row: DVec4, shift: DVec3) -> DVec4 {
     row.truncate().extend(row.dot(shift.extend(1.0)))
+}
+
+/// The least extent that a body is fitted with, from its greatest extent and its distance.
+fn least_size(greatest: f64, distance: f64) -> f64 {
+    max(LEAST_ASPECT * greatest, max(LEAST_ANGLE * distance, crate::error::MIN_LENGTH))
 }
 
 fn row(linear: DVec3, constant: f64) -> DVec4 {

@@ -1,4 +1,97 @@
-//! Shadow-map matrices.
+//! Where should a shadow map spend its texels?
+//!
+//! `shadow-warp` turns a camera, a light and the bounds of a scene into the matrix of a shadow map, and says in closed form
+//! how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no `unsafe`; a fit takes
+//! well under a microsecond.
+//!
+//! ```
+//! use shadow_warp::glam::{DVec3, Mat4};
+//! use shadow_warp::{Body, Bounds, ClipSpace, Error, Fit, Light, Rule, View};
+//!
+//! # fn main() -> Result<(), Error> {
+//! let eye = DVec3::new(0.0, 10.0, 0.0);
+//! let view = View::perspective(eye, DVec3::Z, DVec3::Y, 60f64.to_radians(), 16.0 / 9.0, 0.5..f64::INFINITY)?;
+//! let light = Light::directional(DVec3::new(0.3, 1.0, -0.2))?; // towards the sun
+//! let scene = Bounds::new(DVec3::new(-200.0, 0.0, 0.0), DVec3::new(200.0, 50.0, 400.0))?;
+//!
+//! let seen = [Body::visible(&view, &scene)]; // what shadows can be seen on; lights under one view share it
+//! let fit = Fit { map_size: [2048, 2048], ..Fit::new(&view, &light, &scene, &seen) };
+//! let plain = fit.solve(Rule::Uniform)?;
+//! let map = fit.solve(Rule::LISPSM)?;
+//! assert!(fit.worst_texel(&map) < 0.1 * fit.worst_texel(&plain)); // pixels per texel
+//!
+//! // For positions relative to the eye, safe to round to f32:
+//! let map = fit.guard_f32(&map, eye)?;
+//! let clip_from_eye_relative: Mat4 = map.clip_from_world_at(eye, ClipSpace::WGPU).as_mat4();
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! # One family, one parameter
+//! Put the world in *light space*: `Y` towards the light, `Z` along the view made perpendicular to it, `X` across. Let what
+//! is seen lie between `z0` and `z0 + d` along `Z`, and `t = (z - z0)/d`. Every perspective warp that keeps the light's
+//! direction is then one map with one number, the **excess** `eta >= 0`:
+//!
+//! ```text
+//! w = 1 + eta t        x' = x/w        s = (1 + eta) t/w
+//! ```
+//! `eta = 0` *is* the uniform map, focused on what is seen. With the light perpendicular to the view and depths from near
+//! `n` to far `f`, the ratio `1 + eta` is 1 for the uniform map, `f/n` for perspective shadow maps (PSM), and `sqrt(f/n)`, half way
+//! in logarithm, for light-space perspective shadow maps (LiSPSM). So there are three words: a [`Rule`] decides, a [`Warp`]
+//! is what is decided, a [`ShadowMap`] is what is fitted. The papers' `n`, `f` of the warp, its centre of projection and
+//! `(f + n)/(f - n)` are never formed: they are infinite for the uniform map.
+//!
+//! # The way through
+//! | step | type | what it adds |
+//! |---|---|---|
+//! | view | [`View`], [`Light`], [`Bounds`] | the pieces, validated |
+//! | body | [`Body`] | the receivers: the box cut by the view volume; its casters on request |
+//! | basis | [`LightSpace`], [`Axes`] | the frame |
+//! | warp | [`Rule`], [`Warp`] | the excess |
+//! | fit | [`Fit`], [`ShadowMap`] | the matrix; [`Fit::guard_f32`] and [`ShadowMap::with_border`] as outermost steps |
+//! | aliasing | [`aliasing`] | the worst texel, exactly |
+//!
+//! # Conventions
+//! World space is right-handed (in a left-handed one the map is right too, but triangles show their other side). Matrices
+//! are for column vectors; `clip_from_world` takes world to clip space. What a graphics interface wants is a value:
+//! [`ClipSpace::WGPU`], [`ClipSpace::VULKAN`], [`ClipSpace::OPENGL`] and so on, each [`reversed`](ClipSpace::reversed) if need be. Depth
+//! grows away from the light (before reversal). `f64` goes in and comes out; round the finished matrix, once.
+//! Vertices and planes of bodies are relative to a point near by, [`ConvexBody::origin`].
+//!
+//! # Glossary
+//! | quantity | here | LiSPSM 2004 | Wimmer, Scherzer 2005 | Lloyd 2007 |
+//! |---|---|---|---|---|
+//! | eye's near and far distance | [`View::near`], [`View::far`] | `z_n`, `z_f` | `z_n`, `z_f` | `n`, `f` |
+//! | depth range of what is seen | [`Slab::near`], [`Slab::far`] | (of the body) | | |
+//! | extent along light space's z | [`Slab::extent`], `d` | `f - n` | `Delta z` | |
+//! | warp's near distance | `d/eta`, never formed | `n` | `n_opt` | `n'` |
+//! | warp ratio, far over near | [`Warp::ratio`], `1 + eta` | `f/n` | | |
+//! | excess | [`Warp::excess`], `eta` | `(f - n)/n` | | |
+//! | angle between light and view | sine: [`LightSpace::sin_gamma`] | `gamma` | `gamma` | `theta` |
+//! | place in the body, in the map | `t`, `s` | `z'`, `s` | | |
+//! | what is to be covered | [`Body`] | `B` | `B` | |
+//!
+//! # Where the papers err
+//! LiSPSM Eq. 2 has a sign wrong ([`Warp::map_from_body`]); its refinement in Sec. 4.4 fades the warp out more slowly, not
+//! faster ([`LightSpaceRule`]). The published variants disagree near light parallel to view, where two of the four are worse
+//! than no warp at all at some angles: the default is the one that is not, [`LightSpaceRule::Damped`].
+//!
+//! # Numbers
+//! Geometry uses `+ - * / sqrt` only, so results are the same to the bit with `std` and with `libm` (the tangent of a
+//! field of view apart; [`View::perspective_off_centre`] takes tangents). The matrix is accurate to 1e-13 (1 + eta) in
+//! normalised device coordinates, for depth ratios up to 1e7 and any angle between light and view. Lengths from
+//! 1e-100 to 1e100 are accepted; NaN and infinity are errors that name the argument; nothing panics.
+//!
+//! # Features
+//! | feature | default | |
+//! |---|---|---|
+//! | `std` | yes | the square root from `std` |
+//! | `libm` | | the square root from `libm`, for `no_std`; `std` wins where both are on |
+//!
+//! # Sources
+//! M. Wimmer, D. Scherzer, W. Purgathofer: *Light Space Perspective Shadow Maps*, 2004 ("LiSPSM"). M. Wimmer, D. Scherzer:
+//! *Robust Shadow Mapping with Light-Space Perspective Shadow Maps*, in ShaderX4, 2005. M. Stamminger, G. Drettakis: *Perspective
+//! Shadow Maps*, 2002. D. B. Lloyd: *Logarithmic Perspective Shadow Maps*, 2007.
 #![no_std]
 #[cfg(any(test, feature = "std"))]
 extern crate std;

@@ -20,9 +20,9 @@ impl Fit<'_> {
     /// `origin`, rounded to `f32`, in `f32` arithmetic, with the sums in any order and fused or not.
     ///
     /// Form: each of the four terms `m_j p_j` of a row has at most six roundings, 3 ulp together, so a row is off
-    /// by at most `6u/(1 - 6u) sum |m_j p_j|` with `u = 2^-24`; the error of a clip coordinate over `w`, with
-    /// that of `w` itself, is a convex function over an affine one, so it is greatest at a vertex. Casters stand at
-    /// most the map's depth range above a receiver.
+    /// by at most `e = 6u/(1 - 6u) sum |m_j p_j|` with `u = 2^-24`, and a coordinate by `(e_x + e_w)/(w - e_w)` after division
+    /// by `w` (its own rounding, half an ulp, apart). That is a convex function over a concave one, so it is greatest at a
+    /// vertex. Casters stand at most the map's depth range above a receiver. Infinite where `f32` leaves nothing of `w`.
     #[must_use]
     pub fn rounding(&self, map: &ShadowMap, origin: DVec3) -> DVec3 {
         let [width, height] = map.size().map(f64::from);
@@ -65,8 +65,10 @@ impl Fit<'_> {
                 let error = SIX_ROUNDINGS * row.abs().dot(size) + UNDERFLOW * (row.abs() + size).element_sum();
                 if safe { error / w } else { f64::INFINITY }
             });
-            // Depth is compared with 0 and with w, and may have been formed as w - z.
-            worst = worst.max(DVec3::new(x + own, y + own, z + 2.0 * own));
+            // Depth is compared with 0 and with w, and may have been formed as w - z. The true w is at least (1 - own) w; if
+            // that is nothing, neither is the bound.
+            let per_w = if own < 1.0 { 1.0 / (1.0 - own) } else { f64::INFINITY };
+            worst = worst.max(DVec3::new(x + own, y + own, z + 2.0 * own) * per_w);
         }
         worst
     }

@@ -100,6 +100,9 @@ impl View {
         require(fov_y > 0.0 && fov_y < core::f64::consts::PI, "fov_y", "must be between 0 and pi radians")?;
         require(aspect > 0.0 && aspect.is_finite(), "aspect", "must be positive and finite")?;
         let height = 2.0 * tan(0.5 * fov_y);
+        let sane = |side: f64| (1e-12..=2.0 * MAX_TANGENT).contains(&side);
+        require(sane(height), "fov_y", "must have a tangent, of its half, between 5e-13 and 1e6")?;
+        require(sane(aspect * height), "aspect", "times the tangent of half of fov_y must be between 5e-13 and 1e6")?;
         Self::perspective_off_centre(eye, forward, up, Sides::centred(aspect * height, height), depth)
     }
 

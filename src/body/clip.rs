@@ -179,26 +179,20 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     }
 
     /// Mends signs that rounding has spoiled: keeps what hangs together with the deepest vertex, and of the rest removes
-    /// only the largest part that hangs together. Returns how many vertices are removed.
+    /// only what hangs together with the outermost one. Returns how many vertices are removed.
     #[cold]
     fn mend(&self, scratch: &mut Scratch<V>) -> usize {
         let Scratch { beyond, removed, .. } = scratch;
-        let deepest = (0..self.len).fold(0, |a, b| if beyond[b] < beyond[a] { b } else { a });
-        let mut part = [0_usize; V];
-        self.flood(&mut part, deepest, 1, |v| beyond[v] <= 0.0);
-        let (mut parts, mut largest, mut largest_size) = (1, 0, 0);
-        for v in 0..self.len {
-            if part[v] == 0 {
-                parts += 1;
-                let size = self.flood(&mut part, v, parts, |_| true);
-                if size > largest_size {
-                    (largest, largest_size) = (parts, size);
-                }
-            }
-        }
+        let last_by = |better: fn(f64, f64) -> bool| {
+            (0..self.len).fold(0, |best, v| if better(beyond[v], beyond[best]) { v } else { best })
+        };
+        let (deepest, outermost) = (last_by(|a, b| a < b), last_by(|a, b| a > b));
+        let (mut kept, mut gone) = ([false; V], [false; V]);
+        self.flood(&mut kept, deepest, |v| beyond[v] <= 0.0);
+        self.flood(&mut gone, outermost, |v| !kept[v]);
         let mut len = 0;
         for v in 0..self.len {
-            if part[v] == largest {
+            if gone[v] {
                 beyond[v] = beyond[v].max(f64::MIN_POSITIVE);
                 removed[len] = v as u8;
                 len += 1;
@@ -209,25 +203,23 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         len
     }
 
-    /// Gives a number to all vertices without one that hang together with `start` through such as pass the test.
-    /// Returns how many.
-    fn flood(&self, part: &mut [usize; V], start: usize, number: usize, passes: impl Fn(usize) -> bool) -> usize {
+    /// Marks all vertices that hang together with `start` through such as pass the test.
+    fn flood(&self, marked: &mut [bool; V], start: usize, passes: impl Fn(usize) -> bool) {
         let mut found = [0_u8; V];
         found[0] = start as u8;
-        part[start] = number;
+        marked[start] = true;
         let (mut len, mut done) = (1, 0);
         while done < len {
             for half in 4 * usize::from(found[done])..4 * usize::from(found[done]) + 3 {
                 let v = self.next(half) >> 2;
-                if part[v] == 0 && passes(v) {
-                    part[v] = number;
+                if !marked[v] && passes(v) {
+                    marked[v] = true;
                     found[len] = v as u8;
                     len += 1;
                 }
             }
             done += 1;
         }
-        len
     }
 }
 

@@ -18,7 +18,7 @@ pub(crate) struct Reach<const V: usize = 20> {
     height: DVec4,
     w: DVec4,
     to_light: DVec3,
-    /// The corner of the box that is furthest towards the light; at infinity in directions perpendicular to it.
+    /// The corner of the box that is furthest towards the light; [`NEVER`] in directions perpendicular to it.
     corner: DVec3,
     /// The reciprocals of the light's coordinates; 1 for those that are 0.
     per_length: DVec3,
@@ -27,6 +27,12 @@ pub(crate) struct Reach<const V: usize = 20> {
     bounds: [f64; 3],
     best: f64,
 }
+
+/// A plane that is this nearly along the light counts as along it: over the size of the box, the difference is less
+/// than the rounding of its coordinates.
+const LEAST_SLOPE: f64 = f64::EPSILON;
+/// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
+const NEVER: f64 = 1e150;
 
 /// A body cut by the sweep of a box: 6 faces, of which at most 3 are hidden from the light, and at most 6 edges between.
 type ShadedBody = ConvexBody<38, 21>;
@@ -37,15 +43,15 @@ impl<const V: usize> Reach<V> {
     pub(crate) fn new(to_light: DVec3, casters: &Bounds, origin: DVec3, height: DVec4, w: DVec4) -> Self {
         let (low, high) = (casters.min() - origin, casters.max() - origin);
         let corner = |l: f64, low, high| {
-            if l > 0.0 {
+            if l > LEAST_SLOPE {
                 high
-            } else if l < 0.0 {
+            } else if l < -LEAST_SLOPE {
                 low
             } else {
-                f64::INFINITY
+                NEVER
             }
         };
-        let per_length = |l: f64| if l == 0.0 { 1.0 } else { 1.0 / l };
+        let per_length = |l: f64| if l.abs() > LEAST_SLOPE { 1.0 / l } else { 1.0 };
         let l = to_light;
         Self {
             height,
@@ -73,7 +79,7 @@ impl<const V: usize> Reach<V> {
     /// Returns the answer for a body inside the casters' box, all of whose vertices have been taken in.
     #[inline(always)]
     pub(crate) fn of_enclosed<const F: usize>(&self, body: &ConvexBody<V, F>) -> f64 {
-        if self.best == least(self.bounds) { self.best } else { self.beyond_vertices(body) }
+        if self.best >= least(self.bounds) { self.best } else { self.beyond_vertices(body) }
     }
 
     fn beyond_vertices<const F: usize>(&self, body: &ConvexBody<V, F>) -> f64 {
@@ -100,18 +106,21 @@ impl<const V: usize> Reach<V> {
     }
 
     /// The best of the points of an edge from which the ray leaves through two planes at once.
+    ///
+    /// Form: all that counts there is a mean of its values at the ends, with positive weights and distances, so that no
+    /// digit is lost however flat the light is to a plane. The point itself, put into the planes, would lose them.
     #[cold]
     fn best_on_edge(&self, p: DVec3, q: DVec3) -> f64 {
         let mut best = f64::NEG_INFINITY;
         let (at_p, at_q) = (self.distances(p), self.distances(q));
         for (i, j) in [(0, 1), (1, 2), (2, 0)] {
             let (x, y) = (at_p[i] - at_p[j], at_q[i] - at_q[j]);
-            // Fails for the NaN of two planes at infinity too.
-            if x * y < 0.0 {
-                let crossing = p + (q - p) * (x / (x - y));
-                let distance = least(self.distances(crossing));
-                let crossing = crossing.extend(1.0);
-                best = max((self.height.dot(crossing) + distance) / self.w.dot(crossing), best);
+            if (x < 0.0 && y > 0.0) || (x > 0.0 && y < 0.0) {
+                let (of_p, of_q) = (y / (y - x), x / (x - y));
+                let mean = |a: f64, b: f64| of_p * a + of_q * b;
+                let distance = least([0, 1, 2].map(|axis| mean(at_p[axis], at_q[axis])));
+                let of_row = |row: DVec4| mean(row.dot(p.extend(1.0)), row.dot(q.extend(1.0)));
+                best = max((of_row(self.height) + distance) / of_row(self.w), best);
             }
         }
         best
@@ -119,7 +128,7 @@ impl<const V: usize> Reach<V> {
 
     /// Whether the line from the box's corner along the light meets the body.
     fn corner_is_above<const F: usize>(&self, body: &ConvexBody<V, F>) -> bool {
-        if !self.corner.is_finite() {
+        if self.corner.max_element() >= NEVER {
             return false;
         }
         let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);

@@ -61,7 +61,8 @@ impl Body {
     /// Returns all that can cast a shadow on this body: what lies between it and the light, in the casters' box.
     /// Exact; a few times the cost of a fit, which does not need it: for culling and drawing.
     ///
-    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by.
+    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the sweep is flat, because the
+    /// body turns no area to the light, or only touches the box, the result may be empty.
     ///
     /// # Errors
     /// [`Error::Unsupported`] for lights that are not directional.

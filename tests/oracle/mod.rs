@@ -217,9 +217,9 @@ pub(crate) fn assert_closed<const V: usize, const F: usize>(body: &ConvexBody<V,
         }
     }
     for (&(b, c), &(a, turn, normal)) in &half_edges {
-        let beside = |from: usize, to: usize| half_edges.get(&(to, from)).map(|half| half.2);
-        let Some(beside_out) = beside(b, c) else { panic!("an edge with a face on one side only: {:?}", (b, c)) };
-        let Some(beside_into) = beside(a, b) else { panic!("an edge with a face on one side only: {:?}", (a, b)) };
+        assert!(half_edges.contains_key(&(c, b)), "an edge with a face on one side only: {:?}", (b, c));
+        assert!(half_edges.contains_key(&(b, a)), "an edge with a face on one side only: {:?}", (a, b));
+        let (beside_out, beside_into) = (half_edges[&(c, b)].2, half_edges[&(b, a)].2);
         let (into, out) = (points[a].distance(points[b]), points[b].distance(points[c]));
         let (longer, across) = if into > out { (into, beside_into) } else { (out, beside_out) };
         if longer > 0.0 {

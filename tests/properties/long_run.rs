@@ -131,7 +131,7 @@ fn any_scene_has_a_sound_map() {
     let mut sampled = Worst::new("any sample over the worst texel");
     let mut seen = Seen::default();
     let mut random = Random::new(7);
-    for case in 564547..cases {
+    for case in 0..cases {
         let scene = any_scene(case, &mut seen);
         let rule = rules(&mut random)[random.below(6)];
         let fit = scene.fit();
@@ -145,11 +145,11 @@ fn any_scene_has_a_sound_map() {
         };
         for space in [ClipSpace::WGPU, ClipSpace::OPENGL, ClipSpace::VULKAN.reversed()] {
             for origin in [map.origin(), scene.view.eye(), DVec3::ZERO] {
-                assert!(map.clip_from_world_at(origin, space).is_finite(), "{case} {rule:?} {origin} {map:?} {:?} {:?} {:?} {:?}", scene.view, scene.boxes, scene.light, scene.casters);
+                assert!(map.clip_from_world_at(origin, space).is_finite(), "{case}");
             }
         }
         let depth: DVec4 = fit.linear_depth(map.origin()).unwrap();
-        assert!(depth.is_finite() && map.origin().is_finite(), "{case} {depth} {:?} {:?} {:?} {:?}", scene.near_depth, scene.boxes, scene.to_light(), (scene.casters, scene.receivers(map.origin()), map.clip_from_world_at(map.origin(),ClipSpace::WGPU)));
+        assert!(depth.is_finite() && map.origin().is_finite(), "{case}");
         let worst = fit.worst_texel(&map);
         assert!(worst.is_finite() && worst > 0.0, "{case} {worst}");
 

@@ -1,0 +1,397 @@
+//! The cases that implementations get wrong, one by one, and what is right there.
+
+#![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
+#![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
+
+mod scenes;
+
+use scenes::{LIGHT_SPACE_RULES, Scene, box_about, box_between, extent, ndc, project};
+use shadow_warp::glam::{DMat4, DVec3};
+use shadow_warp::{Axes, Body, Bounds, ClipSpace, Error, Fit, Light, Rule, ShadowMap, Sides, View, Warp};
+
+const EYE: DVec3 = DVec3::new(3.0, 5.0, -2.0);
+const FORWARD: DVec3 = DVec3::new(0.6, 0.0, 0.8);
+
+fn camera(eye: DVec3, forward: DVec3, depth: std::ops::Range<f64>) -> View {
+    let up = if forward.cross(DVec3::Y).length() > 1e-6 { DVec3::Y } else { DVec3::X };
+    View::perspective(eye, forward, up, 1.0, 1.5, depth).unwrap()
+}
+
+/// All that a camera at `EYE` sees up to 100 units away.
+fn frustum(to_light: DVec3) -> Scene {
+    let all = box_about(EYE, DVec3::splat(150.0));
+    Scene::new(camera(EYE, FORWARD, 0.5..100.0), to_light, &[all], all)
+}
+
+fn solve(scene: &Scene, rule: Rule) -> ShadowMap {
+    scene.fit().solve(rule).unwrap()
+}
+
+fn matrix(map: &ShadowMap, origin: DVec3) -> DMat4 {
+    map.clip_from_world_at(origin, ClipSpace::WGPU)
+}
+
+/// The receivers reach all four sides and the far plane to within an allowance, and no caster is lost.
+#[track_caller]
+fn fills(scene: &Scene, map: &ShadowMap, allowed: f64) {
+    let points: Vec<_> = scene.receivers(map.origin()).iter().map(|q| ndc(map, *q)).collect();
+    let [x, y, z] = [0, 1, 2].map(|axis| extent(points.iter().map(|p| p[axis])));
+    for (value, expected) in [(x[0], -1.0), (x[1], 1.0), (y[0], -1.0), (y[1], 1.0), (z[1], 1.0)] {
+        assert!((value - expected).abs() <= allowed, "{x:?} {y:?} {z:?}");
+    }
+    inside(scene, map, allowed);
+}
+
+/// No receiver and no caster is outside.
+#[track_caller]
+fn inside(scene: &Scene, map: &ShadowMap, allowed: f64) {
+    for q in scene.receivers(map.origin()) {
+        let p = ndc(map, q);
+        assert!(p.is_finite() && p.x.abs() <= 1.0 + allowed && p.y.abs() <= 1.0 + allowed, "{p}");
+        assert!((-allowed..=1.0 + allowed).contains(&p.z), "{p}");
+    }
+    for q in scene.caster_points(map.origin()) {
+        assert!(ndc(map, q).z >= -allowed, "{}", ndc(map, q));
+    }
+}
+
+/// Parallel and opposite are the uniform map, exactly, whatever the axes; the map is upright along the camera's up.
+#[test]
+fn light_parallel_and_opposite_to_the_view() {
+    for sign in [1.0, -1.0] {
+        let mut scene = frustum(sign * frustum(DVec3::Y).view.forward());
+        for axes in [Axes::View, Axes::LightFixed] {
+            scene.axes = axes;
+            let uniform = solve(&scene, Rule::Uniform);
+            assert_eq!(uniform.light_space().sin_gamma.to_bits(), 0);
+            for rule in LIGHT_SPACE_RULES {
+                assert_eq!(solve(&scene, Rule::LightSpace(rule)), uniform);
+            }
+            fills(&scene, &uniform, 1e-13);
+        }
+        scene.axes = Axes::View;
+        let space = solve(&scene, Rule::Uniform).light_space();
+        assert!((space.z - scene.view.up()).length() < 1e-15, "{space:?}");
+        assert!((space.x - scene.view.up().cross(scene.to_light())).length() < 1e-15);
+    }
+}
+
+/// Within 1e-12 of the view the sine keeps its digits, and the warp has all but gone; it grows with the angle.
+#[test]
+fn light_within_1e_12_of_the_view() {
+    for sign in [1.0, -1.0] {
+        let view = frustum(DVec3::Y).view;
+        let mut last = 0.0;
+        for tilt in [1e-12, 2e-12, 1e-9] {
+            let scene = frustum(sign * view.forward() + view.up() * tilt);
+            let map = solve(&scene, Rule::LISPSM);
+            let space = map.light_space();
+            let exact = scene.view.forward().cross(scene.to_light() - sign * scene.view.forward()).length();
+            assert!((space.sin_gamma / exact - 1.0).abs() < 1e-15);
+            assert!((space.sin_gamma / tilt - 1.0).abs() < 1e-3, "{space:?}");
+            assert!((space.z.dot(scene.view.forward()) / tilt - 1.0).abs() < 1e-3, "{space:?}");
+            // d s^2/(2 z_n) is 1e-22 at 1e-12.
+            assert!(map.warp().excess() > last && map.warp().excess() < 1e3 * tilt * tilt, "{:?}", map.warp());
+            last = map.warp().excess();
+            fills(&scene, &map, 1e-13);
+        }
+    }
+}
+
+/// Along the camera's up axis, and within 1e-12 of it, nothing special happens: the strongest warp, `sqrt(far/near)`.
+#[test]
+fn light_along_up() {
+    let view = frustum(DVec3::Y).view;
+    for tilt in [0.0, 1e-12, -1e-12] {
+        for sign in [1.0, -1.0] {
+            let scene = frustum(sign * view.up() + view.right() * tilt);
+            let map = solve(&scene, Rule::LISPSM);
+            assert!((map.warp().ratio() / 200_f64.sqrt() - 1.0).abs() < 1e-13, "{:?}", map.warp());
+            assert!((map.light_space().z - view.forward()).length() < 2e-12);
+            fills(&scene, &map, 1e-12);
+        }
+    }
+}
+
+/// A frustum as deep as f32 cameras allow: the optimum is `sqrt(1e7)`, and its error equal at both ends.
+#[test]
+fn far_over_near_of_1e7() {
+    let all = box_about(EYE, DVec3::splat(2e6));
+    let scene = Scene::new(camera(EYE, FORWARD, 0.1..1e6), DVec3::Y, &[all], all);
+    let map = solve(&scene, Rule::LISPSM);
+    assert!((map.warp().ratio() / 1e7_f64.sqrt() - 1.0).abs() < 1e-8, "{:?}", map.warp());
+    let [near, far] = [0.1, 1e6].map(|z| map.texel_extent(EYE + scene.view.forward() * z)[1] / z);
+    assert!((near / far - 1.0).abs() < 1e-8, "{near} {far}");
+    fills(&scene, &map, 1e-9);
+}
+
+/// Infinitely far is as far as the box: the same map as with a far plane behind all of it.
+#[test]
+fn infinite_far_plane() {
+    let ground = box_between(DVec3::new(-500.0, 0.0, -500.0), DVec3::new(500.0, 20.0, 500.0));
+    let [open, closed] = [f64::INFINITY, 1e5]
+        .map(|far| Scene::new(camera(EYE, FORWARD, 0.1..far), DVec3::new(1.0, 2.0, -0.5), &[ground], ground));
+    for rule in LIGHT_SPACE_RULES.map(Rule::LightSpace) {
+        let [a, b] = [&open, &closed].map(|scene| matrix(&solve(scene, rule), EYE));
+        assert!(a.abs_diff_eq(b, 1e-13 * a.to_cols_array().iter().fold(0.0, |m: f64, x| m.max(x.abs()))), "{a} {b}");
+        fills(&open, &solve(&open, rule), 1e-12);
+    }
+}
+
+/// At 1e7 from the origin the map relative to the eye is the same to the last digits: nothing is formed in world coordinates.
+#[test]
+fn world_coordinates_of_1e7() {
+    let shift = DVec3::new(1e7, -2e7, 3e7);
+    let bounds = box_between(DVec3::new(-40.0, 0.0, -60.0), DVec3::new(40.0, 15.0, 70.0));
+    let far_bounds = Bounds::new(bounds.min() + shift, bounds.max() + shift).unwrap();
+    let to_light = DVec3::new(1.0, 2.0, -0.5);
+    let scene = Scene::new(camera(EYE, FORWARD, 0.5..200.0), to_light, &[bounds], bounds);
+    let moved = Scene::new(camera(EYE + shift, FORWARD, 0.5..200.0), to_light, &[far_bounds], far_bounds);
+    let map = solve(&moved, Rule::LISPSM);
+    // Both are exact inputs, so that even the bits agree.
+    assert_eq!(matrix(&map, EYE + shift), matrix(&solve(&scene, Rule::LISPSM), EYE));
+    fills(&moved, &map, 1e-13);
+}
+
+/// Tiny and huge bodies are the same map, scaled.
+#[test]
+fn bodies_of_1e_6_and_1e12() {
+    let unit = box_between(DVec3::new(-1.0, -0.5, 4.0), DVec3::new(1.5, 0.75, 7.0));
+    let to_light = DVec3::new(1.0, 2.0, -0.5);
+    let solved = |scale: f64| {
+        let bounds = Bounds::new(unit.min() * scale, unit.max() * scale).unwrap();
+        let view = camera(DVec3::ZERO, DVec3::Z, scale..100.0 * scale);
+        let scene = Scene::new(view, to_light, &[bounds], bounds);
+        let map = solve(&scene, Rule::LISPSM);
+        fills(&scene, &map, 1e-14);
+        map
+    };
+    let one = solved(1.0);
+    // Powers of two next to 1e-6 and 1e12, so that scaling rounds nothing.
+    for scale in [1.0 / f64::from(1 << 20), f64::from(1 << 20) * f64::from(1 << 20)] {
+        let map = solved(scale);
+        let point = DVec3::new(0.25, -0.125, 5.5);
+        assert_eq!(map.warp(), one.warp());
+        assert_eq!(ndc(&map, (point - unit.min()) * scale), ndc(&one, point - unit.min()));
+    }
+    // A tiny body far from the eye keeps its own digits.
+    for (distance, size) in [(8.0, 1e-6), (1e7, 1.0)] {
+        let bounds = box_about(DVec3::Z * distance, DVec3::splat(0.5 * size));
+        let scene = Scene::new(camera(DVec3::ZERO, DVec3::Z, 0.1..1e9), to_light, &[bounds], bounds);
+        fills(&scene, &solve(&scene, Rule::LISPSM), 1e-13);
+    }
+}
+
+/// A floor, a pole and a point: inside the map, with room to spare where they have no extent, and nothing divided by it.
+#[test]
+fn flat_line_and_point_boxes() {
+    let centre = DVec3::new(9.0, 4.0, 6.0);
+    for half in [DVec3::new(3.0, 0.0, 2.0), DVec3::new(0.0, 1.0, 0.0), DVec3::ZERO] {
+        for to_light in [DVec3::Y, DVec3::new(1.0, 0.0, 0.0), DVec3::new(1.0, 2.0, -0.5), FORWARD] {
+            let bounds = box_about(centre, half);
+            let mut scene = Scene::new(camera(EYE, FORWARD, 0.5..100.0), to_light, &[bounds], bounds);
+            for axes in [Axes::View, Axes::LightFixed] {
+                scene.axes = axes;
+                let map = solve(&scene, Rule::LISPSM);
+                assert!(matrix(&map, EYE).is_finite());
+                inside(&scene, &map, 1e-9);
+                let middle = project(matrix(&map, centre) * DVec3::ZERO.extend(1.0));
+                if half == DVec3::ZERO {
+                    assert!(middle.truncate().length() < 1e-6, "{middle}");
+                }
+            }
+        }
+    }
+    // A floor seen along itself is a line in the map: across it the map is as wide as 2^-20 of its length.
+    let floor = box_about(centre, DVec3::new(3.0, 0.0, 2.0));
+    let scene = Scene::new(camera(EYE, FORWARD, 0.5..100.0), DVec3::X, &[floor], floor);
+    let [thin, long] = solve(&scene, Rule::Uniform).texel_extent(centre);
+    let ratio = thin.min(long) / thin.max(long);
+    assert!((0.5e-6..2e-6).contains(&ratio), "{ratio:e}");
+}
+
+/// A point far from the origin that its body was given.
+#[test]
+fn points_far_from_their_origin() {
+    let point = DVec3::new(1e9, 0.0, 0.0);
+    let bounds = box_about(point, DVec3::ZERO);
+    let mut scene = Scene::new(camera(point - DVec3::X, DVec3::X, 0.5..10.0), DVec3::new(1.0, 2.0, 0.5), &[bounds], bounds);
+    scene.bodies = vec![Body::from_box(&bounds, DVec3::ZERO)];
+    assert!(matrix(&solve(&scene, Rule::LISPSM), point).is_finite());
+    assert!(scene.fit().linear_depth(point).unwrap().is_finite());
+}
+
+/// Planes of the view through vertices and along faces of the box, and a far plane on a face.
+#[test]
+fn planes_through_vertices() {
+    // 90 degrees: the sides go through the corners of a cube in front.
+    let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, std::f64::consts::FRAC_PI_2, 1.0, 1.0..3.0).unwrap();
+    let volume = |bounds: &Bounds| Body::visible(&view, bounds).volume();
+    let cube = box_between(DVec3::new(-1.0, -1.0, 1.0), DVec3::new(1.0, 1.0, 3.0));
+    let whole = box_between(DVec3::new(-3.0, -3.0, 1.0), DVec3::new(3.0, 3.0, 3.0));
+    let touching = box_between(DVec3::new(-1.0, -1.0, 3.0), DVec3::new(1.0, 1.0, 5.0));
+    let beside = box_between(DVec3::new(3.0, -3.0, 1.0), DVec3::new(4.0, 3.0, 3.0));
+    for (bounds, expected) in [(cube, 8.0), (whole, 104.0 / 3.0), (touching, 0.0), (beside, 0.0)] {
+        assert!((volume(&bounds) - expected).abs() < 1e-13, "{} {expected}", volume(&bounds));
+    }
+    for bounds in [cube, whole] {
+        let scene = Scene::new(view, DVec3::new(0.0, 1.0, 0.25), &[bounds], bounds);
+        fills(&scene, &solve(&scene, Rule::LISPSM), 1e-13);
+    }
+    // What only touches the far plane is flat, and still a receiver.
+    let scene = Scene::new(view, DVec3::Y, &[touching], touching);
+    inside(&scene, &solve(&scene, Rule::LISPSM), 1e-9);
+}
+
+/// The eye inside the box: the body begins at the near plane, not at the eye.
+#[test]
+fn eye_inside_the_box() {
+    let scene = frustum(DVec3::Y);
+    let map = solve(&scene, Rule::LISPSM);
+    assert_eq!(map.origin(), EYE);
+    assert!((map.w(EYE + scene.view.forward() * 0.5) - 1.0).abs() < 1e-14);
+    assert!(map.w(EYE) > 0.0 && map.w(EYE) < 1.0);
+    fills(&scene, &map, 1e-13);
+}
+
+/// A telescope and an extreme fisheye's tangent.
+#[test]
+fn fields_of_view_of_a_thousandth_and_of_179_9_degrees() {
+    for degrees in [0.001_f64, 179.9] {
+        let tangent = (0.5 * degrees).to_radians().tan();
+        let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, degrees.to_radians(), 1.0, 1.0..100.0).unwrap();
+        let all = box_about(DVec3::ZERO, DVec3::splat(100.0 * tangent.max(1.0)));
+        for to_light in [DVec3::Y, DVec3::new(0.5, 1.0, 0.25)] {
+            let scene = Scene::new(view, to_light, &[all], all);
+            let volume = scene.bodies[0].volume();
+            let exact = 4.0 * tangent * tangent * (1e6 - 1.0) / 3.0;
+            assert!((volume / exact - 1.0).abs() < 1e-9, "{degrees}: {volume} {exact}");
+            for rule in [Rule::Uniform, Rule::LISPSM] {
+                fills(&scene, &solve(&scene, rule), 1e-9);
+            }
+        }
+    }
+}
+
+/// Off-centre: the warp projects about the eye where the eye is abreast of the body, else about the body's side.
+#[test]
+fn off_centre_cameras() {
+    let all = box_about(EYE, DVec3::splat(150.0));
+    for (left, right) in [(-0.2, 0.9), (0.4, 1.4)] {
+        let sides = Sides { left, right, bottom: -0.5, top: 0.5 };
+        let view = View::perspective_off_centre(EYE, FORWARD, DVec3::Y, sides, 0.5..100.0).unwrap();
+        let scene = Scene::new(view, DVec3::Y, &[all], all);
+        let map = solve(&scene, Rule::LISPSM);
+        fills(&scene, &map, 1e-13);
+        // The line through the centre of projection is upright in the map.
+        let aside = left.max(0.0) * 0.5;
+        let x = |z: f64| ndc(&map, view.right() * aside + view.forward() * z + EYE - map.origin()).x;
+        assert!((x(1.0) - x(50.0)).abs() < 1e-13, "{} {}", x(1.0), x(50.0));
+    }
+}
+
+/// Orthographic cameras see all depths at one scale: no published rule warps, and the worst texel is the largest.
+#[test]
+fn orthographic_cameras() {
+    let view = View::orthographic(EYE, FORWARD, DVec3::Y, Sides::centred(40.0, 20.0), -30.0..100.0).unwrap();
+    let all = box_about(EYE, DVec3::splat(300.0));
+    let scene = Scene::new(view, DVec3::new(0.2, 1.0, 0.0), &[all], all);
+    assert!((scene.bodies[0].volume() / (40.0 * 20.0 * 130.0) - 1.0).abs() < 1e-13);
+    let uniform = solve(&scene, Rule::Uniform);
+    fills(&scene, &uniform, 1e-13);
+    for rule in LIGHT_SPACE_RULES {
+        assert_eq!(solve(&scene, Rule::LightSpace(rule)), uniform);
+    }
+    let fit = Fit { viewport: [400, 100], ..scene.fit() };
+    let [s, t] = uniform.texel_extent(EYE);
+    assert!((fit.worst_texel(&uniform) / (10.0 * s.max(t)) - 1.0).abs() < 1e-14);
+    let warped = solve(&scene, Rule::Explicit(Warp::new(3.0).unwrap()));
+    fills(&scene, &warped, 1e-13);
+}
+
+/// A mirror turns the picture over, not the volume.
+#[test]
+fn mirrored_cameras() {
+    let mut scene = frustum(DVec3::new(1.0, 2.0, -0.5));
+    let before = matrix(&solve(&scene, Rule::LISPSM), EYE);
+    scene = Scene::new(scene.view.mirrored(), scene.to_light(), &scene.boxes, scene.casters);
+    assert!(before.abs_diff_eq(matrix(&solve(&scene, Rule::LISPSM), EYE), 1e-14));
+}
+
+/// A box much larger than the view, as of one who does not know the scene's bounds: the receivers are the view volume, to its
+/// own digits.
+#[test]
+fn boxes_that_hold_everything() {
+    let scene = |size: f64| {
+        let all = box_about(EYE, DVec3::splat(size));
+        Scene::new(camera(EYE, FORWARD, 0.5..100.0), DVec3::Y, &[all], box_about(EYE, DVec3::splat(150.0)))
+    };
+    let [plain, huge, vast] = [150.0, 1e9, 1e30].map(scene);
+    for large in [huge, vast] {
+        let volume = |scene: &Scene| scene.bodies[0].volume();
+        assert!((volume(&large) / volume(&plain) - 1.0).abs() < 1e-12, "{} {}", volume(&large), volume(&plain));
+        let [a, b] = [&plain, &large].map(|scene| matrix(&solve(scene, Rule::LISPSM), EYE));
+        assert!(a.abs_diff_eq(b, 1e-11), "{a} {b}");
+    }
+}
+
+/// A lamp post and a speck above large receivers: casters without width stand in the map like others.
+#[test]
+fn casters_without_width() {
+    let ground = box_between(DVec3::ZERO, DVec3::splat(10.0));
+    let view = camera(DVec3::new(5.0, 3.0, -10.0), DVec3::new(0.1, -0.2, 1.0), 0.1..100.0);
+    let mut random = scenes::random::Random::new(1);
+    for _ in 0..200 {
+        let to_light = DVec3::new(random.between(-0.3, 0.3), 1.0, random.between(-0.3, 0.3));
+        let above = DVec3::new(random.between(3.0, 7.0), 5.0, random.between(3.0, 7.0));
+        let foot = above + to_light * random.between(10.0, 15.0);
+        for half in [DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(0.5, 0.0, 0.5)] {
+            let casters = box_about(foot, half);
+            let scene = Scene::new(view, to_light, &[ground], casters);
+            let map = solve(&scene, Rule::LISPSM);
+            let p = project(matrix(&map, foot) * DVec3::ZERO.extend(1.0));
+            assert!(p.x.abs() < 1.0 && p.y.abs() < 1.0 && p.z >= -1e-12, "{half}: {p}");
+        }
+    }
+}
+
+/// Where the light is almost along a face of the casters' box, the highest caster is at the crossing of two faces.
+#[test]
+fn light_almost_along_the_casters_box() {
+    for tilt in [1e-7, 1e-8, 1e-9, 1e-11] {
+        let ground = box_between(DVec3::new(-4.0, -1.0, 5.0), DVec3::new(5.0, 0.0, 17.0));
+        let casters = box_between(DVec3::new(-1.3, -1.0, 4.0), DVec3::new(6.0, 7.0, 15.7));
+        let view = camera(DVec3::new(0.0, 3.0, 0.0), DVec3::new(0.0, -0.2, 1.0), 0.1..100.0);
+        let scene = Scene::new(view, DVec3::new(-0.7 * tilt, 1.0, 1.2 * tilt), &[ground], casters);
+        let map = solve(&scene, Rule::Uniform);
+        let above = extent(scene.caster_points(map.origin()).iter().map(|q| ndc(&map, *q).z))[0];
+        assert!(above.abs() < 1e-13, "{tilt:e}: {above:e}");
+    }
+}
+
+/// Lights with a position need another map, and the error says so.
+#[test]
+fn spot_and_point_lights() {
+    let mut scene = frustum(DVec3::Y);
+    let eye = scene.view.eye();
+    for light in [Light::point(eye, 0.1, 9.0), Light::spot(eye, scene.view.forward(), 0.5, 0.1, 9.0)] {
+        scene.light = light.unwrap();
+        let error = scene.fit().solve(Rule::LISPSM).unwrap_err();
+        assert!(matches!(error, Error::Unsupported { .. }), "{error}");
+    }
+}
+
+/// Behind, beside, before the near plane and beyond the far one.
+#[test]
+fn nothing_visible() {
+    let view = camera(DVec3::ZERO, DVec3::Z, 1.0..10.0);
+    for centre in [DVec3::Z * -5.0, DVec3::X * 50.0, DVec3::Z * 0.5, DVec3::Z * 20.0] {
+        let bounds = box_about(centre, DVec3::splat(0.25));
+        let scene = Scene::new(view, DVec3::Y, &[bounds; 2], bounds);
+        assert_eq!(scene.fit().solve(Rule::LISPSM), Err(Error::NothingVisible));
+    }
+    // One body that is seen among some that are not.
+    let [hidden, seen] = [-5.0, 5.0].map(|z| box_about(DVec3::Z * z, DVec3::splat(0.25)));
+    let scene = Scene::new(view, DVec3::Y, &[hidden, seen, hidden], seen);
+    fills(&scene, &solve(&scene, Rule::LISPSM), 1e-13);
+}
