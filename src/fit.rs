@@ -91,6 +91,10 @@ const LEAST_ASPECT: f64 = 1.0 / (1 << 20) as f64;
 /// rounding of its position.
 const LEAST_ANGLE: f64 = 1.0 / (1_u64 << 50) as f64;
 
+/// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where that is more
+/// than 2^-12, as for a body that is a point far from its origin, the excess is made smaller.
+const MOST_STEEP: f64 = (1_u64 << 40) as f64;
+
 impl<'a> Fit<'a> {
     /// Returns the job, with default options; set its public fields for others.
     #[must_use]
@@ -146,7 +150,7 @@ impl<'a> Fit<'a> {
 
         let d = along.size();
         let slab = Slab { near, far, extent: d, sin_gamma: space.sin_gamma };
-        let warp = rule.warp(&slab, self.view.is_perspective());
+        let warp = rule.warp(&slab, self.view.is_perspective()).at_most(MOST_STEEP * d / along.reach());
         let eta = warp.excess();
         // The warp's denominator: 1 where the body begins, 1 + eta where it ends.
         let w = row(space.z * (eta / d), 1.0 - eta / d * along.low);

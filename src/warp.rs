@@ -75,6 +75,11 @@ impl Warp {
         self.ratio() / w / w
     }
 
+    /// The same warp, or the weaker one with this excess.
+    pub(crate) fn at_most(self, excess: f64) -> Self {
+        Self { excess: if self.excess > excess { excess } else { self.excess } }
+    }
+
     pub(crate) fn clamped(excess: f64) -> Self {
         Self { excess: if excess > 0.0 { excess.min(Self::MAX_EXCESS) } else { 0.0 } }
     }

@@ -3,9 +3,7 @@
 #![expect(clippy::unwrap_used, reason = "arguments that should be accepted and are not are the failure")]
 
 use shadow_warp::glam::{DMat4, DVec3, DVec4};
-use shadow_warp::{
-    Body, Bounds, ClipSpace, ConvexBody, Error, Fit, Light, Plane, Rule, ShadowMap, Sides, View, Warp,
-};
+use shadow_warp::{Body, Bounds, ClipSpace, ConvexBody, Error, Fit, Light, Plane, Rule, ShadowMap, Sides, View, Warp};
 use std::fmt::Debug;
 
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -18,7 +16,7 @@ fn refused<T: Debug>(result: Result<T, Error>, name: &str, words: &str) {
         unreachable!("{error:?}");
     };
     assert_eq!(argument, name);
-    assert!(condition.starts_with("must "), "{condition}");
+    assert!(condition.contains("must "), "{condition}");
     assert!(condition.contains(words), "{condition}");
     assert_eq!(error.to_string(), format!("{argument} {condition}"));
 }
@@ -40,8 +38,7 @@ fn bad_directions() -> Vec<DVec3> {
     bad
 }
 
-const BAD_LENGTHS: [f64; 8] =
-    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, -1.0, 0.9e-100, 1.1e100];
+const BAD_LENGTHS: [f64; 8] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.0, -1.0, 0.9e-100, 1.1e100];
 
 /// A camera of which one piece at a time is replaced.
 #[derive(Clone, Copy)]
@@ -146,16 +143,22 @@ fn lenses() {
         refused(Pieces { aspect, ..GOOD }.perspective(), "aspect", "positive and finite");
     }
     // In range by themselves, but with tangents that are not.
-    refused(Pieces { fov_y: pi - 1e-7, ..GOOD }.perspective(), "left and right", "at most 1e6");
-    refused(Pieces { fov_y: 1e-13, aspect: 100.0, ..GOOD }.perspective(), "bottom and top", "1e-12 apart");
-    refused(Pieces { aspect: 1e-13, ..GOOD }.perspective(), "left and right", "1e-12 apart");
+    for fov_y in [pi - 1e-7, 1e-13] {
+        refused(Pieces { fov_y, ..GOOD }.perspective(), "fov_y", "a tangent, of its half, between 5e-13 and 1e6");
+    }
+    for aspect in [1e-13, 1e7] {
+        refused(
+            Pieces { aspect, ..GOOD }.perspective(),
+            "aspect",
+            "tangent of half of fov_y must be between 5e-13 and 1e6",
+        );
+    }
 }
 
 /// Each side in turn not finite, and each pair in the wrong order, or too close, or too far out.
 #[test]
 fn sides() {
-    let perspective =
-        |sides| View::perspective_off_centre(GOOD.eye, GOOD.forward, GOOD.up, sides, GOOD.near..GOOD.far);
+    let perspective = |sides| View::perspective_off_centre(GOOD.eye, GOOD.forward, GOOD.up, sides, GOOD.near..GOOD.far);
     let orthographic = |sides| View::orthographic(GOOD.eye, GOOD.forward, GOOD.up, sides, GOOD.near..GOOD.far);
     let across = |left, right| Sides { left, right, ..SIDES };
     let upright = |bottom, top| Sides { bottom, top, ..SIDES };
@@ -187,9 +190,8 @@ fn lights() {
     for angle in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 0.0, -0.1, half_pi, 2.0] {
         refused(Light::spot(DVec3::ZERO, DVec3::X, angle, 1.0, 2.0), "outer_angle", "between 0 and pi/2 radians");
     }
-    let each = |near, range| {
-        [Light::spot(DVec3::ZERO, DVec3::X, 0.5, near, range), Light::point(DVec3::ZERO, near, range)]
-    };
+    let each =
+        |near, range| [Light::spot(DVec3::ZERO, DVec3::X, 0.5, near, range), Light::point(DVec3::ZERO, near, range)];
     for bad in BAD_LENGTHS {
         for light in each(bad, 2.0) {
             refused(light, "near", "between 1e-100 and 1e100");
@@ -276,8 +278,7 @@ fn sizes() {
 #[test]
 fn matrices() {
     // Infinite, reversed, right-handed.
-    let projection =
-        DMat4::from_cols(DVec4::X * 1.2, DVec4::Y * 1.8, DVec4::new(0.0, 0.0, 0.0, -1.0), DVec4::Z * 0.1);
+    let projection = DMat4::from_cols(DVec4::X * 1.2, DVec4::Y * 1.8, DVec4::new(0.0, 0.0, 0.0, -1.0), DVec4::Z * 0.1);
     let space = ClipSpace::WGPU.reversed();
     let from = |motion, projection| View::from_matrices(motion, projection, space);
     from(DMat4::IDENTITY, projection).unwrap();
@@ -369,7 +370,7 @@ fn bodies_without_room() {
 fn far_from_the_origin() {
     with_fit(DVec3::Y, |fit| {
         let map = fit.solve(Rule::LISPSM).unwrap();
-        let origin = DVec3::splat(1e9);
+        let origin = DVec3::splat(1e7);
         let error = fit.guard_f32(&map, origin).unwrap_err();
         let Error::FarFromOrigin { texels } = error else { unreachable!("{error:?}") };
         assert!(texels > 1.0 && texels.is_finite());

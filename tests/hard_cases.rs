@@ -215,7 +215,8 @@ fn flat_line_and_point_boxes() {
 fn points_far_from_their_origin() {
     let point = DVec3::new(1e9, 0.0, 0.0);
     let bounds = box_about(point, DVec3::ZERO);
-    let mut scene = Scene::new(camera(point - DVec3::X, DVec3::X, 0.5..10.0), DVec3::new(1.0, 2.0, 0.5), &[bounds], bounds);
+    let mut scene =
+        Scene::new(camera(point - DVec3::X, DVec3::X, 0.5..10.0), DVec3::new(1.0, 2.0, 0.5), &[bounds], bounds);
     scene.bodies = vec![Body::from_box(&bounds, DVec3::ZERO)];
     assert!(matrix(&solve(&scene, Rule::LISPSM), point).is_finite());
     assert!(scene.fit().linear_depth(point).unwrap().is_finite());

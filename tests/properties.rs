@@ -27,6 +27,9 @@
 //!
 //! Tolerances are ten times the worst deviation of a plain program in f64, which the list holds as well.
 
+#![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
+#![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
+
 mod scenes;
 
 #[path = "properties/derivatives.rs"]

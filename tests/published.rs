@@ -14,7 +14,9 @@ use shadow_warp::{
     Body, ClipSpace, Light, LightSpace, LightSpaceRule, NearDepth, Rule, ShadowMap, Sides, Slab, View, Warp,
 };
 
-const CHECKS: [(&str, fn(&Row)); 24] = [
+type Check = fn(&Row);
+
+const CHECKS: [(&str, Check); 24] = [
     ("lispsm.eq2.s.hard_ratio", place),
     ("lispsm.eq2.s.n_inf", place),
     ("lispsm.dsdz", density),

@@ -54,7 +54,7 @@ pub(crate) fn jobs() -> Vec<Job> {
         let mut r = |low, high| random.between(low, high);
         let eye = dvec3(r(-40.0, 440.0), r(1.0, 60.0), r(-40.0, 440.0));
         let forward = dvec3(r(-1.0, 1.0), r(-0.5, 0.3), r(-1.0, 1.0));
-        let far = if r(0.0, 1.0) < 0.25 { f64::INFINITY } else { 70.0 * f64::powf(10_000.0 / 70.0, r(0.0, 1.0)) };
+        let far = if r(0.0, 1.0) < 0.25 { f64::INFINITY } else { 70.0 + 9930.0 * r(0.0, 1.0) * r(0.0, 1.0) };
         let job = Job {
             frame: [eye, forward, DVec3::Y],
             fov_y: r(30.0, 100.0_f64).to_radians(),

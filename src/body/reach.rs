@@ -28,9 +28,6 @@ pub(crate) struct Reach<const V: usize = 20> {
     best: f64,
 }
 
-/// A plane that is this nearly along the light counts as along it: over the size of the box, the difference is less
-/// than the rounding of its coordinates.
-const LEAST_SLOPE: f64 = f64::EPSILON;
 /// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
 const NEVER: f64 = 1e150;
 
@@ -43,15 +40,15 @@ impl<const V: usize> Reach<V> {
     pub(crate) fn new(to_light: DVec3, casters: &Bounds, origin: DVec3, height: DVec4, w: DVec4) -> Self {
         let (low, high) = (casters.min() - origin, casters.max() - origin);
         let corner = |l: f64, low, high| {
-            if l > LEAST_SLOPE {
+            if l > 0.0 {
                 high
-            } else if l < -LEAST_SLOPE {
+            } else if l < 0.0 {
                 low
             } else {
                 NEVER
             }
         };
-        let per_length = |l: f64| if l.abs() > LEAST_SLOPE { 1.0 / l } else { 1.0 };
+        let per_length = |l: f64| if l == 0.0 { 1.0 } else { 1.0 / l };
         let l = to_light;
         Self {
             height,
@@ -101,8 +98,7 @@ impl<const V: usize> Reach<V> {
         }
         let corner = self.corner.extend(1.0);
         let at_corner = self.height.dot(corner) / self.w.dot(corner);
-        let possible = at_corner > best && at_corner <= least(self.bounds);
-        if possible && self.corner_is_above(body) { at_corner } else { best }
+        if at_corner > best && self.corner_is_above(body) { at_corner } else { best }
     }
 
     /// The best of the points of an edge from which the ray leaves through two planes at once.
