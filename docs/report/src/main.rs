@@ -35,6 +35,9 @@ struct Cli {
     /// Where the page goes. By default `target/report/<scene name>.html`; with `--json`, nowhere.
     #[arg(long, value_name = "FILE.html")]
     out: Option<PathBuf>,
+    /// Also write the pictures into this folder, as SVG files.
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
     /// Print the results as JSON, and nothing else.
     #[arg(long)]
     json: bool,
@@ -71,7 +74,12 @@ fn run(cli: &Cli) -> Result<()> {
     // The page first: where it cannot be written, the error is all there is.
     let page = page_path(cli, &report);
     if let Some(path) = &page {
-        write_page(path, &page::html(&job, &report)?)?;
+        write_file("--out", path, &page::html(&job, &report)?)?;
+    }
+    if let Some(folder) = &cli.figures {
+        for (name, picture) in page::figures(&job, &report)? {
+            write_file("--figures", &folder.join(name), &picture)?;
+        }
     }
     let mut stdout = std::io::stdout().lock();
     if cli.json {
@@ -126,12 +134,12 @@ fn page_path(cli: &Cli, report: &Report) -> Option<PathBuf> {
     cli.out.clone().or_else(|| (!cli.json).then(by_default))
 }
 
-fn write_page(path: &Path, page: &str) -> Result<()> {
-    let place = || format!("--out {}", path.display());
+fn write_file(option: &str, path: &Path, text: &str) -> Result<()> {
+    let place = || format!("{option} {}", path.display());
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).with_context(place)?;
     }
-    std::fs::write(path, page).with_context(place)
+    std::fs::write(path, text).with_context(place)
 }
 
 fn is_broken_pipe(error: &anyhow::Error) -> bool {

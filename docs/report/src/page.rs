@@ -44,6 +44,17 @@ svg { max-width: 100%; height: auto; display: block; }
 @media print { body { background: #fff; } .card { break-inside: avoid; } }
 ";
 
+/// Every picture of the page with a name for its file.
+pub(crate) fn figures(job: &Job, report: &Report) -> Result<Vec<(String, String)>> {
+    let mut figures = vec![("depth.svg".to_owned(), plot::depth_plot(job, report)?)];
+    for row in &report.techniques {
+        let drawing = Drawing::new(job, &report.body.receivers, row);
+        figures.push((format!("{}-before.svg", row.name), drawing.before()));
+        figures.push((format!("{}-after.svg", row.name), drawing.after()));
+    }
+    Ok(figures)
+}
+
 pub(crate) fn html(job: &Job, report: &Report) -> Result<String> {
     let plot = plot::depth_plot(job, report)?;
     let page = html! {

@@ -12,7 +12,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
     loop {}
 }
 
-#[cfg(debug_assertions)]
+/// The prebuilt `core` asks for it; without unwinding it is never called.
 #[unsafe(no_mangle)]
 extern "C" fn rust_eh_personality() {}
 
