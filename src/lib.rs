@@ -126,3 +126,8 @@ pub use plane::Plane;
 pub use scene::Bounds;
 pub use view::{Lens, Sides, View};
 pub use warp::{LightSpaceRule, Rule, Slab, Warp};
+
+/// The README's example is a test too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
