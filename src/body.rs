@@ -246,13 +246,8 @@ impl Body {
         let (low, high) = (bounds.min() - origin, bounds.max() - origin);
         for plane in view.planes() {
             let plane = plane.relative_to(origin - view.eye());
-            // The nearest and furthest corner of the box along the normal tell most planes apart without a cut.
-            let (a, b) = (plane.normal() * low, plane.normal() * high);
-            let (nearest, furthest) = (a.min(b).element_sum(), a.max(b).element_sum());
-            if nearest > plane.offset() {
-                body.len = 0;
-                break;
-            }
+            // The corner of the box that is furthest along the normal tells most planes apart without a cut.
+            let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
             if furthest > plane.offset() {
                 // A box cut by six planes has room: 20 vertices, 12 faces.
                 let _ = body.cut_with(&plane, &mut scratch);

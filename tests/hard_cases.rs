@@ -294,20 +294,22 @@ fn off_centre_cameras() {
 /// Orthographic cameras see all depths at one scale: no published rule warps, and the worst texel is the largest.
 #[test]
 fn orthographic_cameras() {
-    let view = View::orthographic(EYE, FORWARD, DVec3::Y, Sides::centred(40.0, 20.0), -30.0..100.0).unwrap();
     let all = box_about(EYE, DVec3::splat(300.0));
-    let scene = Scene::new(view, DVec3::new(0.2, 1.0, 0.0), &[all], all);
-    assert!((scene.bodies[0].volume() / (40.0 * 20.0 * 130.0) - 1.0).abs() < 1e-13);
-    let uniform = solve(&scene, Rule::Uniform);
-    fills(&scene, &uniform, 1e-13);
-    for rule in LIGHT_SPACE_RULES {
-        assert_eq!(solve(&scene, Rule::LightSpace(rule)), uniform);
+    for near in [-30.0, 0.5] {
+        let view = View::orthographic(EYE, FORWARD, DVec3::Y, Sides::centred(40.0, 20.0), near..100.0).unwrap();
+        let scene = Scene::new(view, DVec3::new(0.2, 1.0, 0.0), &[all], all);
+        assert!((scene.bodies[0].volume() / (40.0 * 20.0 * (100.0 - near)) - 1.0).abs() < 1e-13);
+        let uniform = solve(&scene, Rule::Uniform);
+        fills(&scene, &uniform, 1e-13);
+        for rule in LIGHT_SPACE_RULES {
+            assert_eq!(solve(&scene, Rule::LightSpace(rule)), uniform);
+        }
+        let fit = Fit { viewport: [400, 100], ..scene.fit() };
+        let [s, t] = uniform.texel_extent(EYE);
+        assert!((fit.worst_texel(&uniform) / (10.0 * s.max(t)) - 1.0).abs() < 1e-14);
+        let warped = solve(&scene, Rule::Explicit(Warp::new(3.0).unwrap()));
+        fills(&scene, &warped, 1e-13);
     }
-    let fit = Fit { viewport: [400, 100], ..scene.fit() };
-    let [s, t] = uniform.texel_extent(EYE);
-    assert!((fit.worst_texel(&uniform) / (10.0 * s.max(t)) - 1.0).abs() < 1e-14);
-    let warped = solve(&scene, Rule::Explicit(Warp::new(3.0).unwrap()));
-    fills(&scene, &warped, 1e-13);
 }
 
 /// A mirror turns the picture over, not the volume.

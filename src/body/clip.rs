@@ -28,13 +28,14 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     pub(super) fn cut_with(&mut self, plane: &Plane, scratch: &mut Scratch<V>) -> Result<(), Error> {
         let points = &self.points[..self.len];
         let beyond = &mut scratch.beyond[..self.len];
-        let mut removed_len = 0;
+        let mut removed_len = 0_u8;
         for v in 0..self.len {
             let distance = plane.distance(points[v]);
             beyond[v] = distance;
-            scratch.removed[removed_len] = v as u8;
-            removed_len += usize::from(distance > 0.0);
+            scratch.removed[usize::from(removed_len)] = v as u8;
+            removed_len += u8::from(distance > 0.0);
         }
+        let mut removed_len = usize::from(removed_len);
         if removed_len == 0 {
             return Ok(());
         }
@@ -227,15 +228,15 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 pub(super) struct Scratch<const V: usize> {
     /// How far each vertex is beyond the plane.
     beyond: [f64; V],
-    /// The vertices beyond the plane.
-    removed: [u8; V],
+    /// The vertices beyond the plane. Long enough for any number of them that a byte can hold.
+    removed: [u8; 256],
     /// The edges that the plane cuts.
     cut: [Cut; V],
 }
 
 impl<const V: usize> Scratch<V> {
     pub(super) fn new() -> Self {
-        Self { beyond: [0.0; V], removed: [0; V], cut: [Cut::UNUSED; V] }
+        Self { beyond: [0.0; V], removed: [0; 256], cut: [Cut::UNUSED; V] }
     }
 }
 

@@ -135,6 +135,10 @@ fn w_runs_from_one_to_the_ratio() {
         if along > 1e-5 * across.max(height) {
             worst.note((low - 1.0).abs(), allowed, (case, map));
             worst.note((high / ratio - 1.0).abs(), 2.3e-12, (case, map));
+            // It is 1 at the near end: the other way round would give the texels to what is far.
+            let z = map.light_space().z;
+            let nearest = receivers.iter().copied().reduce(|a, b| if z.dot(b) < z.dot(a) { b } else { a }).unwrap();
+            worst.note((row.dot(nearest.extend(1.0)) - 1.0).abs(), allowed, (case, map));
         }
         // The same by the map's own function, which takes points in the world.
         let world = 1e3 * f64::EPSILON * 1e4 / along.max(1e-6);

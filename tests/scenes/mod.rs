@@ -98,7 +98,7 @@ pub(crate) fn product_rounding(map: &ShadowMap, point: DVec3) -> f64 {
     let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
     let p = point.extend(1.0);
     let size = |row: usize| matrix.row(row).truncate().length() * point.length() + matrix.row(row).w.abs();
-    16.0 * f64::EPSILON * size(0).max(size(1)).max(size(2) + size(3)) / matrix.row(3).dot(p)
+    64.0 * f64::EPSILON * size(0).max(size(1)).max(size(2) + size(3)) / matrix.row(3).dot(p)
 }
 
 pub(crate) fn project(clip: DVec4) -> DVec3 {
