@@ -86,13 +86,17 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 
     /// Returns a box, with coordinates relative to `origin`.
     #[must_use]
-    #[inline(always)]
     pub fn from_box(bounds: &Bounds, origin: DVec3) -> Self {
+        Self::between(bounds.min() - origin, bounds.max() - origin, origin)
+    }
+
+    /// The box between two corners, given relative to its origin; empty if they are not in order.
+    #[inline(always)]
+    fn between(low: DVec3, high: DVec3, origin: DVec3) -> Self {
         let () = Self::ROOM_FOR_A_BOX;
-        let (low, high) = (bounds.min() - origin, bounds.max() - origin);
         let mut body = Self {
             origin,
-            len: 8,
+            len: if low.cmple(high).all() { 8 } else { 0 },
             planes_len: 6,
             points: [DVec3::ZERO; V],
             next: [[0; 4]; V],
@@ -241,11 +245,15 @@ impl Body {
     #[must_use]
     pub fn visible(view: &View, bounds: &Bounds) -> Self {
         let origin = view.eye().clamp(bounds.min(), bounds.max());
-        let mut body = Self::from_box(bounds, origin);
+        let to_eye = view.eye() - origin;
+        // No more of the box than the view can reach, so that a box without measure leaves the numbers their digits.
+        let reach = DVec3::splat(view.reach());
+        let low = (bounds.min() - origin).max(to_eye - reach);
+        let high = (bounds.max() - origin).min(to_eye + reach);
+        let mut body = Self::between(low, high, origin);
         let mut scratch = Scratch::new();
-        let (low, high) = (bounds.min() - origin, bounds.max() - origin);
         for plane in view.planes() {
-            let plane = plane.relative_to(origin - view.eye());
+            let plane = plane.relative_to(-to_eye);
             // The corner of the box that is furthest along the normal tells most planes apart without a cut.
             let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
             if furthest > plane.offset() {

@@ -76,6 +76,7 @@ pub struct View {
     lens: Lens,
     near: f64,
     far: f64,
+    reach: f64,
     planes: [Plane; 6],
 }
 
@@ -245,7 +246,14 @@ impl View {
         let before = Plane::from_unit(-forward, -near);
         let beyond = Plane::from_unit(forward, far);
         let planes = [beyond, left_of, right_of, above, below, before];
-        Self { eye, right, up, forward, lens, near, far, planes }
+        // The far corners are furthest from the eye. (An orthographic volume may begin behind it, further away.)
+        let (Lens::Perspective(sides) | Lens::Orthographic(sides)) = lens;
+        let across = sides.left.abs().max(sides.right.abs()) + sides.bottom.abs().max(sides.top.abs());
+        let reach = match lens {
+            Lens::Perspective(_) => far * (1.0 + across),
+            Lens::Orthographic(_) => near.abs().max(far) + across,
+        };
+        Self { eye, right, up, forward, lens, near, far, reach, planes }
     }
 
     /// Returns the eye, in world space.
@@ -288,6 +296,11 @@ impl View {
     #[must_use]
     pub fn far(&self) -> f64 {
         self.far
+    }
+
+    /// No point of the volume is further from the eye than this; may be infinite.
+    pub(crate) fn reach(&self) -> f64 {
+        self.reach
     }
 
     /// Returns the planes of the view volume with outward unit normals, relative to the eye: far where it is finite, left,

@@ -123,7 +123,7 @@ fn winding_is_that_of_an_ordinary_camera() {
         let map = scene.fit().solve(Rule::LISPSM).unwrap();
         let mut random = Random::new(case);
         let points = scene.receivers(map.origin());
-        let size = points.iter().map(|p| p.length()).fold(1e-6, f64::max) * 1e-3;
+        let size = points.iter().map(|p| p.length()).fold(1e-6, f64::max) * 1e-6;
         let l = scene.to_light();
         let across = l.any_orthonormal_vector() * size;
         // Counter-clockwise, seen from the light; sloped, but still facing it.

@@ -4,6 +4,7 @@ use glam::{DVec3, DVec4};
 
 use super::{Body, ConvexBody};
 use crate::math::{max, min};
+use crate::plane::Plane;
 use crate::scene::Bounds;
 
 /// Looks for the greatest `height(c)/w(c)` over all casters `c` of a body, for affine functions given as rows: `height` grows by
@@ -155,7 +156,10 @@ impl Reach {
         // Only that part of the body counts above which there is some of the box.
         let mut shaded: ShadedBody = body.resized(casters);
         let whole: ConvexBody<8, 6> = ConvexBody::from_box(casters, body.origin);
+        let size = (casters.min() - body.origin).abs().max((casters.max() - body.origin).abs()).max_element();
         for plane in whole.sweep_planes(-self.to_light) {
+            // Wider by a rounding of the coordinates, so that a box without width is not missed.
+            let plane = Plane::from_unit(plane.normal(), plane.offset() + 8.0 * f64::EPSILON * size);
             // Capacity: see `ShadedBody`.
             let _ = shaded.cut(&plane);
         }

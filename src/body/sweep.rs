@@ -18,27 +18,33 @@ use crate::scene::Bounds;
 /// no plane but these 30 cuts the box, which leaves at most 36 faces and 68 vertices.
 pub type CasterBody = ConvexBody<68, 36>;
 
-/// Two faces that meet at a sharper angle than this (radians) give no plane: it would have fewer than 10 good digits. The
-/// sweep is then a little larger there.
+/// The planes of two faces that meet at a sharper angle than this, in radians, leave fewer than 10 good digits to one between.
 const BLADE: f64 = 1e-6;
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
-    /// The planes that bound the sweep of this body along a direction, to infinity.
+    /// The planes that bound the sweep of this body along a unit direction, to infinity.
     ///
     /// A face that looks against the direction bounds the sweep too. An edge between a face that looks along the
     /// direction, `n1 . d > 0`, and one that does not, `n2 . d <= 0`, gives the plane `(n1.d) n2 - (n2.d) n1`: it
-    /// passes through the edge, along the direction. As a combination of two half-spaces with positive factors it
-    /// contains the body whatever the rounding, unlike one from the edge's own direction, which a sliver does not have.
+    /// passes through the edge, along the direction. Where two faces meet like a blade this cancels, and the edge itself gives
+    /// the normal. Either way the plane is then made to be along the direction and moved to touch the body, so that it
+    /// contains the sweep whatever rounding has done to the normal.
     pub(super) fn sweep_planes(&self, direction: DVec3) -> impl Iterator<Item = Plane> {
         let back = self.faces().map(|face| face.plane()).filter(move |plane| plane.normal().dot(direction) <= 0.0);
         let sides = self.halves().filter_map(move |half| {
-            let (front, back) = (self.planes[self.left(half)], self.planes[self.left(after(self.next(half)))]);
-            let (along, against) = (front.normal().dot(direction), back.normal().dot(direction));
-            let normal = back.normal() * along - front.normal() * against;
-            let length = sqrt(normal.length_squared());
-            let offset = back.offset() * along - front.offset() * against;
-            let silhouette = along > 0.0 && against <= 0.0 && length > BLADE * (along - against);
-            silhouette.then(|| Plane::from_unit(normal / length, offset / length))
+            let next = self.next(half);
+            let (front, back) = (self.planes[self.left(half)].normal(), self.planes[self.left(after(next))].normal());
+            let (along, against) = (front.dot(direction), back.dot(direction));
+            if along <= 0.0 || against > 0.0 {
+                return None;
+            }
+            let between = unit(back * along - front * against, BLADE * (along - against));
+            let normal = between.or_else(|| {
+                let edge = self.points[next >> 2] - self.points[half >> 2];
+                unit(edge.cross(direction), 0.0)
+            })?;
+            let normal = unit(normal - direction * normal.dot(direction), 0.5)?;
+            Some(Plane::from_unit(normal, self.bounds_along(normal)?[1]))
         });
         back.chain(sides)
     }
@@ -79,4 +85,10 @@ impl Body {
         }
         Ok(body)
     }
+}
+
+/// The unit vector along `v`, if `v` is longer than this.
+fn unit(v: DVec3, least: f64) -> Option<DVec3> {
+    let length = sqrt(v.length_squared());
+    (length > least).then(|| v / length)
 }
