@@ -14,8 +14,9 @@ pub enum Axes {
     /// direction, and no choice that follows the view can avoid that.
     #[default]
     View,
-    /// The light alone: the texel grid does not turn with the camera, and every entry of the matrix is continuous, also
-    /// through light parallel to view. The price is a looser fit: the warp runs askew over the texture.
+    /// The light alone: the texel grid does not turn with the camera, and every entry of the matrix is continuous in the
+    /// camera, also through light parallel to view. The price is a looser fit, with the warp askew over the texture, and a
+    /// jump where the *light* passes through certain directions: see [`LightSpace::fixed_axes`].
     LightFixed,
 }
 

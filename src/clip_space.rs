@@ -13,8 +13,8 @@ pub enum DepthRange {
 
 /// The conventions of a graphics interface, as a value: what its clip space and its textures look like.
 ///
-/// Whatever the interface, the map is the same picture: far from the eye is its top as displayed, and the light's near
-/// plane is the near plane of depth. Triangles keep the winding that an ordinary camera of the same interface gives
+/// Whatever the interface, the map is the same picture: far from the eye is its top as displayed (with
+/// [`Axes::View`](crate::Axes)), and the light's near plane is the near plane of depth. Triangles keep the winding that an ordinary camera of the same interface gives
 /// them, in a right-handed world; in a left-handed world they get the opposite one, so cull the other faces there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ClipSpace {

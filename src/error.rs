@@ -6,7 +6,7 @@ use core::fmt;
 pub enum Error {
     /// An argument does not meet its condition. NaN and infinity meet none, unless the condition says otherwise.
     Invalid {
-        /// The argument's name, as in the signature.
+        /// The argument's name, or that of the part of it that is wrong: `near`, of a depth range.
         argument: &'static str,
         /// What must hold: "must be .. ".
         condition: &'static str,
@@ -23,9 +23,10 @@ pub enum Error {
     /// A body has no room for another cut. Does not happen to bodies this crate makes from views, boxes and lights,
     /// whose capacity is proved; it can happen to one that a caller goes on cutting.
     BodyFull,
-    /// Positions relative to the given origin are too large for `f32`: no margin below one texel keeps all receivers
-    /// inside the map. Use an origin near the eye or the body.
-    FarFromOrigin {
+    /// The map is too fine for `f32` positions relative to the given origin: no margin below one texel keeps all receivers
+    /// inside. Either the origin is far from the body: use one near the eye or the body. Or the body is thin against its size,
+    /// as flat ground is to a light at the horizon: there is no shadow to be seen then.
+    BeyondF32 {
         /// The bound on the displacement by rounding, in texels, at the worst receiver.
         texels: f64,
     },
@@ -40,9 +41,9 @@ impl fmt::Display for Error {
                 write!(f, "{requested} is not supported here: use {use_instead}")
             }
             Self::BodyFull => f.write_str("the body has no room for another cut"),
-            Self::FarFromOrigin { texels } => write!(
+            Self::BeyondF32 { texels } => write!(
                 f,
-                "rounding to f32 displaces receivers by up to {texels:.3e} texels at this distance from the origin"
+                "rounding to f32 displaces receivers by up to {texels:.3e} texels: the origin is too far, or the body too thin"
             ),
         }
     }

@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3, DVec4};
 use crate::aliasing;
 use crate::basis::{Axes, LightSpace};
 use crate::body::{Body, Reach};
-use crate::error::{Error, require};
+use crate::error::{Error, require, require_position};
 use crate::light::{Directional, Light};
 use crate::map::ShadowMap;
 use crate::math::{max, min};
@@ -111,14 +111,16 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Returns the map that the rule gives, fitted exactly: the receivers touch its four sides and its far plane, the
-    /// casters its near plane. See [`ShadowMap::with_border`] and [`Fit::guard_f32`] for margins.
+    /// Returns the map that the rule gives, fitted exactly: the receivers touch its four sides and its far plane, and the
+    /// highest of their casters its near plane, or the highest receiver where no caster is higher. Casters count as far as
+    /// they stand between receivers and light; their box need not contain the receivers. A flat body does not touch
+    /// all sides: it is fitted as if it were a millionth of its size thick. See [`ShadowMap::with_border`] and [`Fit::guard_f32`] for margins.
     ///
     /// ```text
     /// T = (Z, -z0)/d      W = eta T + (0,0,0,1)      A = (X, -p_x)      H = (Y, -p_y)
     /// clip_x = (2A - (X0 + X1) W)/(X1 - X0)          X0, X1: extremes of A/W over the body
     /// clip_y = (2 + eta) T - (0,0,0,1)               0 and 1: extremes of T
-    /// clip_z = (Y1 W - H)/(Y1 - Y0)                  Y0: least H/W of the receivers, Y1: greatest of the casters
+    /// clip_z = (Y1 W - H)/(Y1 - Y0)                  Y0, Y1: least H/W of receivers, greatest of casters
     /// clip_w = W
     /// ```
     /// This is the papers' frustum with near distance `d/eta` about the point `(p_x, p_y, z0 - d/eta)`, refitted to the body,
@@ -130,7 +132,7 @@ impl<'a> Fit<'a> {
     ///
     /// # Errors
     /// [`Error::NothingVisible`] if all receivers are empty; [`Error::Unsupported`] for lights that are not directional;
-    /// [`Error::Invalid`] if the map or the viewport has no texels.
+    /// [`Error::Invalid`] if `map_size` or `viewport` has no texels.
     pub fn solve(&self, rule: Rule) -> Result<ShadowMap, Error> {
         let light = self.light.as_directional()?;
         let no_zero = |[width, height]: [u32; 2]| width > 0 && height > 0;
@@ -204,11 +206,13 @@ impl<'a> Fit<'a> {
     }
 
     /// Returns the affine row that gives linear depth, for engines that write depth in the fragment stage: its product with
-    /// `(p, 1)`, for `p` relative to `origin`, is 0 at the caster closest to the light and 1 at the receiver farthest from it.
+    /// `(p, 1)`, for `p` relative to `origin`, is 0 at the near plane's caster (or receiver, as in [`Fit::solve`]) and 1 at the
+    /// receiver farthest from the light.
     ///
     /// # Errors
-    /// As [`Fit::solve`].
+    /// As [`Fit::solve`]; [`Error::Invalid`] unless `origin` is finite.
     pub fn linear_depth(&self, origin: DVec3) -> Result<DVec4, Error> {
+        require_position(origin, "origin")?;
         let light = self.light.as_directional()?;
         let body_origin = self.origin()?;
         let to_light = light.to_light();

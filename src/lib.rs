@@ -2,7 +2,7 @@
 //!
 //! `shadow-warp` turns a camera, a light and the bounds of a scene into the matrix of a shadow map, and says in closed form
 //! how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no `unsafe`; a fit takes
-//! well under a microsecond.
+//! well under a microsecond, and so does the guard against rounding to `f32`.
 //!
 //! ```
 //! use shadow_warp::glam::{DVec3, Mat4};
@@ -10,15 +10,19 @@
 //!
 //! # fn main() -> Result<(), Error> {
 //! let eye = DVec3::new(0.0, 10.0, 0.0);
-//! let view = View::perspective(eye, DVec3::Z, DVec3::Y, 60f64.to_radians(), 16.0 / 9.0, 0.5..f64::INFINITY)?;
-//! let light = Light::directional(DVec3::new(0.3, 1.0, -0.2))?; // towards the sun
+//! let fov_y = 60f64.to_radians();
+//! let view = View::perspective(eye, DVec3::Z, DVec3::Y, fov_y, 16.0 / 9.0, 0.5..f64::INFINITY)?;
+//! let to_sun = DVec3::new(0.3, 1.0, -0.2);
+//! let light = Light::directional(to_sun)?;
 //! let scene = Bounds::new(DVec3::new(-200.0, 0.0, 0.0), DVec3::new(200.0, 50.0, 400.0))?;
 //!
-//! let seen = [Body::visible(&view, &scene)]; // what shadows can be seen on; lights under one view share it
+//! // What shadows can be seen on. Lights under one view share it.
+//! let seen = [Body::visible(&view, &scene)];
 //! let fit = Fit { map_size: [2048, 2048], ..Fit::new(&view, &light, &scene, &seen) };
 //! let plain = fit.solve(Rule::Uniform)?;
 //! let map = fit.solve(Rule::LISPSM)?;
-//! assert!(fit.worst_texel(&map) < 0.1 * fit.worst_texel(&plain)); // pixels per texel
+//! // In pixels per texel:
+//! assert!(fit.worst_texel(&map) < 0.1 * fit.worst_texel(&plain));
 //!
 //! // For positions relative to the eye, safe to round to f32:
 //! let map = fit.guard_f32(&map, eye)?;
@@ -73,8 +77,8 @@
 //!
 //! # Where the papers err
 //! LiSPSM Eq. 2 has a sign wrong ([`Warp::map_from_body`]); its refinement in Sec. 4.4 fades the warp out more slowly, not
-//! faster ([`LightSpaceRule`]). The published variants disagree near light parallel to view, where two of the four are worse
-//! than no warp at all at some angles: the default is the one that is not, [`LightSpaceRule::Damped`].
+//! faster. The four published variants disagree as light and view come to be parallel, and each can be worse than no warp
+//! there: [`LightSpaceRule`] has numbers, and [`Fit::worst_texel`] decides.
 //!
 //! # Numbers
 //! Geometry uses `+ - * / sqrt` only, so results are the same to the bit with `std` and with `libm` (the tangent of a

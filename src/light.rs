@@ -79,7 +79,11 @@ impl Light {
         Ok(Self::Point(Point { position, near, range }))
     }
 
-    pub(crate) fn as_directional(&self) -> Result<&Directional, Error> {
+    /// Returns the light at infinity that this is.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for lights with a position, whose maps are still to come.
+    pub fn as_directional(&self) -> Result<&Directional, Error> {
         match self {
             Self::Directional(light) => Ok(light),
             Self::Spot(_) | Self::Point(_) => Err(Error::Unsupported {

@@ -44,7 +44,8 @@ impl ShadowMap {
     /// as origin, the one to use with camera-relative rendering.
     ///
     /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates at [`ShadowMap::origin`]; times one plus the distance from
-    /// there over the size of the body elsewhere.
+    /// there over the size of the body elsewhere. (An explicit warp about an eye far from the body adds one rounding of that
+    /// distance, over the size of the body, times eta: it is not known better where the eye is.)
     #[must_use]
     pub fn clip_from_world_at(&self, origin: DVec3, space: ClipSpace) -> DMat4 {
         from_rows(space.convert(self.rows_at(origin)))
@@ -95,6 +96,7 @@ impl ShadowMap {
     /// ```
     /// with `dx`, `dz` the extents where `w = 1`. A map's axis that lies askew to the warp ([`Axes::LightFixed`](crate::Axes))
     /// has both. The shear, by which a step along the warp also moves a point across it, is left out, as in the papers.
+    /// Domain: points with `w > 0`, as all of the receivers and their casters.
     #[must_use]
     pub fn texel_extent(&self, point: DVec3) -> [f64; 2] {
         self.texel_extent_at_w(self.w(point))

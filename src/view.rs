@@ -199,6 +199,8 @@ impl View {
         let (bottom, top) = pair(ry.y, ry.z, ry.w);
         let sides = Sides { left, right, bottom, top };
         let (forward, depth) = (sense * z, distance(near_depth)..distance(far_depth));
+        let in_order = depth.end > depth.start && (depth.start > 0.0 || !perspective);
+        require(in_order, "clip_from_eye", "must have its near before its far plane, with depths as `space` says")?;
         let view = if perspective {
             Self::perspective_off_centre(eye, forward, y, sides, depth)?
         } else {

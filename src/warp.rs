@@ -93,13 +93,14 @@ pub enum Rule {
     Uniform,
     /// Light-space perspective shadow map, in one of its published forms.
     LightSpace(LightSpaceRule),
-    /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel.
+    /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor for an
+    /// orthographic camera, where any warp makes the map worse.
     Explicit(Warp),
 }
 
 impl Rule {
-    /// LiSPSM as its authors' sample code computes it: the form that is not worse than uniform where light and view
-    /// are nearly parallel. See [`LightSpaceRule::Damped`].
+    /// LiSPSM as its authors' sample code computes it: the form that fades out soonest as light and view come to be
+    /// parallel. See [`LightSpaceRule`], also for when it is worse than no warp.
     pub const LISPSM: Self = Self::LightSpace(LightSpaceRule::Damped);
 
     /// Returns the warp for a body. The published rules answer an error that grows towards the eye; an orthographic

@@ -372,10 +372,10 @@ fn far_from_the_origin() {
         let map = fit.solve(Rule::LISPSM).unwrap();
         let origin = DVec3::splat(1e7);
         let error = fit.guard_f32(&map, origin).unwrap_err();
-        let Error::FarFromOrigin { texels } = error else { unreachable!("{error:?}") };
+        let Error::BeyondF32 { texels } = error else { unreachable!("{error:?}") };
         assert!(texels > 1.0 && texels.is_finite());
         assert!(error.to_string().contains(&format!("{texels:.3e} texels")), "{error}");
         let hopeless = fit.guard_f32(&map, DVec3::splat(1e60)).unwrap_err();
-        assert_eq!(hopeless, Error::FarFromOrigin { texels: f64::INFINITY });
+        assert_eq!(hopeless, Error::BeyondF32 { texels: f64::INFINITY });
     });
 }

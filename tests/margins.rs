@@ -57,7 +57,7 @@ fn guarded_maps_keep_everything_inside_in_f32() {
             let map = match fit.guard_f32(&exact, origin) {
                 Ok(map) => map,
                 Err(error) => {
-                    assert!(matches!(error, Error::FarFromOrigin { texels } if texels >= 1.0 || texels.is_finite()));
+                    assert!(matches!(error, Error::BeyondF32 { texels } if texels >= 1.0 || texels.is_finite()));
                     refused += 1;
                     continue;
                 }
@@ -176,7 +176,7 @@ fn far_origins_are_refused_with_a_bound() {
         let origin = scene.view.eye() - 1e7 * random.direction();
         let fit = scene.fit();
         let map = fit.solve(Rule::LISPSM).unwrap();
-        let Err(Error::FarFromOrigin { texels }) = fit.guard_f32(&map, origin) else { unreachable!("{case}") };
+        let Err(Error::BeyondF32 { texels }) = fit.guard_f32(&map, origin) else { unreachable!("{case}") };
         let rows = rows(&map, origin, ClipSpace::WGPU);
         let mut worst = 0.0_f64;
         for q in scene.receivers(origin) {

@@ -10,11 +10,11 @@ use crate::view::View;
 /// the longer side of a texel covers there. 1 is perfect; 10 shows steps of ten pixels.
 ///
 /// ```text
-/// max(dp/dt, dp/ds),   dp/dt = w dx * ppu/z,   dp/ds = w^2 dz * ppu/z          [LiSPSM, Sec. 4.3; Lloyd 2008, Sec. 2]
+/// max(dp/dt, dp/ds),   dp/dt = w dx * ppu/z,   dp/ds = w^2 dz * ppu/z          [LiSPSM, Sec. 4.3]
 /// ```
 /// `dx`, `dz`: a texel's extent in world units where `w = 1`; `ppu/z`: pixels per world unit at depth `z` along the view, the
 /// larger of the two picture directions. The orientation of the surface and the shear of the map are left out, as
-/// in the papers. Depths before the near plane count as the near plane's.
+/// in the papers. Depths before the near plane count as the near plane's. Domain: points with `w > 0`, as all of the receivers.
 #[must_use]
 pub fn pixels_per_texel(map: &ShadowMap, view: &View, viewport: [u32; 2], point: DVec3) -> f64 {
     let depth = view.forward().dot(point - view.eye()).max(view.near());
