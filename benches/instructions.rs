@@ -85,5 +85,16 @@ fn worst_texel(jobs: Vec<Ready>) {
     });
 }
 
-library_benchmark_group!(name = jobs, benchmarks = [view, clip, sweep, fit_uniform, fit_lispsm, worst_texel]);
+#[library_benchmark]
+#[bench::jobs(setup = ready)]
+fn guard_f32(jobs: Vec<Ready>) {
+    jobs.iter().for_each(|ready| {
+        black_box(ready.fit().guard_f32(&ready.map, ready.view.eye()).unwrap());
+    });
+}
+
+library_benchmark_group!(
+    name = jobs,
+    benchmarks = [view, clip, sweep, fit_uniform, fit_lispsm, worst_texel, guard_f32]
+);
 main!(library_benchmark_groups = jobs);

@@ -61,6 +61,9 @@ fn benches(criterion: &mut Criterion) {
     time("worst texel", &|i| {
         black_box(jobs[i].fit().worst_texel(&maps[i]));
     });
+    time("guard f32", &|i| {
+        black_box(jobs[i].fit().guard_f32(&maps[i], jobs[i].view.eye()).unwrap());
+    });
     time("pieces to matrix, uniform", &|i| {
         black_box(whole(&jobs[i].job, Rule::Uniform));
     });

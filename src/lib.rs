@@ -1,8 +1,8 @@
 //! Where should a shadow map spend its texels?
 //!
 //! `shadow-warp` turns a camera, a light and the bounds of a scene into the matrix of a shadow map, and says in closed form
-//! how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no `unsafe`; a fit takes
-//! well under a microsecond, and so does the guard against rounding to `f32`.
+//! how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no `unsafe`; a map
+//! takes well under a microsecond, and the guard against rounding to `f32` half of one.
 //!
 //! ```
 //! use shadow_warp::glam::{DVec3, Mat4};

@@ -70,6 +70,20 @@ impl Body {
     /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the sweep is flat, because the
     /// body turns no area to the light, or only touches the box, the result may be empty.
     ///
+    /// ```
+    /// # use shadow_warp::{Body, Bounds, Light, View, glam::{DVec3, dvec3}};
+    /// # let view = View::perspective(dvec3(0.0, 2.0, 0.0), DVec3::Z, DVec3::Y, 1.0, 1.5, 0.1..100.0)?;
+    /// let light = Light::directional(dvec3(0.5, 1.0, 0.0))?;
+    /// let scene = Bounds::new(dvec3(-50.0, 0.0, -50.0), dvec3(50.0, 10.0, 50.0))?;
+    /// let casters = Body::visible(&view, &scene).casters(&light, &scene)?;
+    ///
+    /// // To cull: a sphere casts no visible shadow if it is beyond one of the planes, here taken relative to the eye.
+    /// let planes = casters.faces().map(|face| face.plane().relative_to(view.eye() - casters.origin()));
+    /// let (centre, radius) = (dvec3(10.0, 5.0, 20.0) - view.eye(), 1.0);
+    /// assert!(planes.map(|plane| plane.distance(centre)).all(|distance| distance <= radius));
+    /// # Ok::<(), shadow_warp::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// [`Error::Unsupported`] for lights that are not directional.
     pub fn casters(&self, light: &Light, casters: &Bounds) -> Result<CasterBody, Error> {

@@ -22,9 +22,9 @@ use scene::Scene;
 
 /// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
 ///
-/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper.
+/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper; it stands below as an example.
 #[derive(Parser)]
-#[command(name = "report", version)]
+#[command(name = "report", version, after_help = EMBEDDED)]
 struct Cli {
     /// Read the scene from a JSON file; `-` is standard input.
     #[arg(long, value_name = "FILE.json", conflicts_with = "gltf")]
