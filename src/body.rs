@@ -11,6 +11,7 @@ use glam::DVec3;
 
 use self::clip::Scratch;
 
+use crate::error::{Error, require_position};
 use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
@@ -85,8 +86,15 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     const ROOM_FOR_A_BOX: () = assert!(V >= 8 && V <= 255 && F >= 6 && F <= 64);
 
     /// Returns a box, with coordinates relative to `origin`.
-    #[must_use]
-    pub fn from_box(bounds: &Bounds, origin: DVec3) -> Self {
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] unless `origin` is finite, with coordinates of at most 1e100.
+    pub fn from_box(bounds: &Bounds, origin: DVec3) -> Result<Self, Error> {
+        require_position(origin, "origin")?;
+        Ok(Self::box_about(bounds, origin))
+    }
+
+    fn box_about(bounds: &Bounds, origin: DVec3) -> Self {
         Self::between(bounds.min() - origin, bounds.max() - origin, origin)
     }
 

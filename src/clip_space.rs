@@ -40,7 +40,8 @@ impl ClipSpace {
     /// OpenGL with `glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE)`.
     pub const OPENGL_ZERO_TO_ONE: Self = Self { depth: DepthRange::ZeroToOne, ..Self::OPENGL };
 
-    /// Returns the same conventions with reversed depth: 1 at the near plane, 0 at the far plane. Twice is the identity.
+    /// Returns the same conventions with reversed depth: 1 at the near plane, 0 at the far plane. Twice is the identity for
+    /// depth from 0 to 1.
     ///
     /// Depth from -1 to 1 has no reversed form worth having (its rounding is worst in the middle), so it becomes 1 to 0.
     #[must_use]

@@ -87,13 +87,16 @@ impl Extent {
 /// A flat body is fitted as if it were this much of its greatest extent thick. A smaller extent is mostly rounding: of
 /// the order of 2^-52 of the greatest one, which leaves 32 bits at this size.
 const LEAST_ASPECT: f64 = 1.0 / (1 << 20) as f64;
-/// A body is fitted as if it were at least this much of its distance, from the eye and from its origin, in size: the
+/// A body is fitted as if it were at least this much of its distance, from the eye and from the origins, in size: the
 /// rounding of its position.
 const LEAST_ANGLE: f64 = 1.0 / (1_u64 << 50) as f64;
 
 /// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where that is more
 /// than 2^-12, as for a body that is a point far from its origin, the excess is made smaller.
 const MOST_STEEP: f64 = (1_u64 << 40) as f64;
+/// The same for casters that are very much further away than the body is long: their distance over the body's extent, times
+/// the excess, tilts the row of depth against the light, by the rounding of its axes. At this value it does by 6 %.
+const MOST_STEEP_DEPTH: f64 = (1_u64 << 48) as f64;
 
 impl<'a> Fit<'a> {
     /// Returns the job, with default options; set its public fields for others.
@@ -128,7 +131,8 @@ impl<'a> Fit<'a> {
     /// for a uniform map and cancel near it. `p_x` is the eye's, moved into the body's extent; `p_y` the middle
     /// of the receivers' extent, which makes the depth slopes that the warp adds equal and opposite at the two ends.
     ///
-    /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates, for positions relative to [`ShadowMap::origin`].
+    /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates, for positions relative to [`ShadowMap::origin`]; for a
+    /// body whose extents across, along and towards the light differ by more than 1000, more in proportion.
     ///
     /// # Errors
     /// [`Error::NothingVisible`] if all receivers are empty; [`Error::Unsupported`] for lights that are not directional;
@@ -146,13 +150,16 @@ impl<'a> Fit<'a> {
         let eye_depth = self.view.forward().dot(to_eye);
         let [near, far] = [depth.low - eye_depth, depth.high - eye_depth].map(|z| max(z, self.view.near()));
         let greatest = max(across.size(), max(height.size(), along.size()));
-        let distance = max(far.abs(), max(across.reach(), max(height.reach(), along.reach())));
+        let reach = max(across.reach(), max(height.reach(), along.reach()));
+        let distance = max(self.greatest_shift(origin), max(far.abs(), reach));
         let floor = least_size(greatest, distance);
         let along = along.at_least(floor);
 
         let d = along.size();
         let slab = Slab { near, far, extent: d, sin_gamma: space.sin_gamma };
-        let warp = rule.warp(&slab, self.view.is_perspective()).at_most(MOST_STEEP * d / along.reach());
+        let casters = (self.casters.min() - origin).abs().max((self.casters.max() - origin).abs()).max_element();
+        let most = d * min(MOST_STEEP / max(distance, d), MOST_STEEP_DEPTH / max(casters, d));
+        let warp = rule.warp(&slab, self.view.is_perspective()).at_most(most);
         let eta = warp.excess();
         // The warp's denominator: 1 where the body begins, 1 + eta where it ends.
         let w = row(space.z * (eta / d), 1.0 - eta / d * along.low);
@@ -163,7 +170,7 @@ impl<'a> Fit<'a> {
         let (x, y, texel_extents, depths);
         match self.axes {
             Axes::View => {
-                let p_x = space.x.dot(to_eye).clamp(across.low, across.high);
+                let p_x = min(max(space.x.dot(to_eye), across.low), across.high);
                 let offset = row(space.x, -p_x);
                 let (sides, depth) = self.fractions(light, origin, [offset], above_middle, w);
                 let side = sides[0].at_least(floor);
@@ -195,7 +202,8 @@ impl<'a> Fit<'a> {
             }
         }
         let z = (depths.high * w - above_middle) / depths.size();
-        Ok(ShadowMap::new(origin, [x, y, z, w], warp, space, texel_extents, self.map_size))
+        let depth_range = depths.size();
+        Ok(ShadowMap::new(origin, [x, y, z, w], warp, space, texel_extents, depth_range, self.map_size))
     }
 
     /// Returns the worst perspective aliasing of a finished map over the receivers, in pixels per texel.
@@ -210,7 +218,7 @@ impl<'a> Fit<'a> {
     /// receiver farthest from the light.
     ///
     /// # Errors
-    /// As [`Fit::solve`]; [`Error::Invalid`] unless `origin` is finite.
+    /// [`Error::NothingVisible`] and [`Error::Unsupported`] as [`Fit::solve`]; [`Error::Invalid`] unless `origin` is finite.
     pub fn linear_depth(&self, origin: DVec3) -> Result<DVec4, Error> {
         require_position(origin, "origin")?;
         let light = self.light.as_directional()?;
@@ -224,10 +232,16 @@ impl<'a> Fit<'a> {
             DVec4::W,
         );
         let greatest = sizes.map(Extent::size).into_iter().fold(0.0, max);
-        let distance = sizes.into_iter().map(Extent::reach).fold(height.reach(), max);
+        let distance =
+            max(self.greatest_shift(body_origin), sizes.into_iter().map(Extent::reach).fold(height.reach(), max));
         let height = height.at_least(least_size(greatest, distance));
         let shift = to_light.dot(origin - body_origin);
         Ok(row(-to_light, height.high - shift) / height.size())
+    }
+
+    /// How far the origins of the receivers are from this one.
+    fn greatest_shift(&self, origin: DVec3) -> f64 {
+        self.receivers.iter().fold(0.0, |greatest, body| max((body.origin() - origin).abs().max_element(), greatest))
     }
 
     /// Returns the origin of the first receiver that is not empty.
@@ -266,9 +280,9 @@ impl<'a> Fit<'a> {
         let with_casters = self.near_depth == NearDepth::Casters;
         for body in self.receivers {
             let shift = body.origin() - origin;
-            let (rows, height, w) = (rows.map(|row| moved(row, shift)), moved(height, shift), moved(w, shift));
-            let mut reach = Reach::new(light.to_light(), self.casters, body.origin(), height, w);
-            for (vertex, &q) in body.vertices().iter().enumerate() {
+            let mut reach = Reach::new(light.to_light(), self.casters, origin, shift, [height, w]);
+            for (vertex, point) in body.vertices().iter().enumerate() {
+                let q = *point + shift;
                 let per_w = 1.0 / at(w, q);
                 for axis in 0..N {
                     sides[axis].include(at(rows[axis], q) * per_w);
@@ -290,12 +304,6 @@ impl<'a> Fit<'a> {
 #[inline(always)]
 fn at(row: DVec4, p: DVec3) -> f64 {
     row.truncate().dot(p) + row.w
-}
-
-/// The same affine function, for positions relative to a point at `shift`.
-#[inline(always)]
-fn moved(row: DVec4, shift: DVec3) -> DVec4 {
-    row.truncate().extend(row.dot(shift.extend(1.0)))
 }
 
 /// The least extent that a body is fitted with, from its greatest extent and its distance.

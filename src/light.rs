@@ -43,8 +43,8 @@ pub struct Point {
 impl Light {
     /// Returns a light at infinity. `to_light` points from the scene *towards* it and need not be unit.
     ///
-    /// Coordinates below 2^-52 of its length count as 0: sines and cosines leave such remnants, and over any
-    /// scene they move a shadow by less than the rounding of its coordinates.
+    /// Coordinates below 2^-52 of its length count as 0: sines and cosines leave such remnants, and they move a shadow by no more
+    /// than 2^-52 of its caster's height above it.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `to_light` is finite, with a length between 1e-100 and 1e100.

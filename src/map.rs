@@ -16,6 +16,8 @@ pub struct ShadowMap {
     warp: Warp,
     space: LightSpace,
     texels: [DVec2; 2],
+    /// The world length, towards the light, of the range of depths where `w = 1`.
+    depth_range: f64,
     size: [u32; 2],
 }
 
@@ -26,9 +28,10 @@ impl ShadowMap {
         warp: Warp,
         space: LightSpace,
         texels: [DVec2; 2],
+        depth_range: f64,
         size: [u32; 2],
     ) -> Self {
-        Self { origin, rows, warp, space, texels, size }
+        Self { origin, rows, warp, space, texels, depth_range, size }
     }
 
     /// Returns the matrix from world space to clip space.
@@ -82,6 +85,10 @@ impl ShadowMap {
         self.size
     }
 
+    pub(crate) fn depth_range(&self) -> f64 {
+        self.depth_range
+    }
+
     /// Returns the denominator `w` of a point in world space: 1 where the receivers' body begins, and the warp's ratio
     /// where it ends.
     #[must_use]
@@ -96,13 +103,16 @@ impl ShadowMap {
     /// ```
     /// with `dx`, `dz` the extents where `w = 1`. A map's axis that lies askew to the warp ([`Axes::LightFixed`](crate::Axes))
     /// has both. The shear, by which a step along the warp also moves a point across it, is left out, as in the papers.
-    /// Domain: points with `w > 0`, as all of the receivers and their casters.
+    /// Infinite where `w <= 0`, which no receiver is, nor a caster of one.
     #[must_use]
     pub fn texel_extent(&self, point: DVec3) -> [f64; 2] {
         self.texel_extent_at_w(self.w(point))
     }
 
     pub(crate) fn texel_extent_at_w(&self, w: f64) -> [f64; 2] {
+        if w <= 0.0 {
+            return [f64::INFINITY; 2];
+        }
         self.texels.map(|texel| length(w * texel.x, w * w * texel.y))
     }
 
@@ -124,7 +134,7 @@ impl ShadowMap {
         let [x, y, z, w] = self.rows;
         let rows = [x * (1.0 - margin.x), y * (1.0 - margin.y), z * (1.0 - 2.0 * margin.z) + w * margin.z, w];
         let texels = [self.texels[0] / (1.0 - margin.x), self.texels[1] / (1.0 - margin.y)];
-        Self { rows, texels, ..*self }
+        Self { rows, texels, depth_range: self.depth_range / (1.0 - 2.0 * margin.z), ..*self }
     }
 
     /// The rows for positions relative to another origin.

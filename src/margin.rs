@@ -32,8 +32,8 @@ impl Fit<'_> {
         self.rounding_ndc(map, origin) * half_size(map)
     }
 
-    /// Returns the map drawn in so far that no receiver, nor a caster above one, can leave it by rounding to `f32`: the
-    /// matrix [`ShadowMap::clip_from_world_at`] `origin` may be rounded to `f32` and multiplied in `f32`, in any order.
+    /// Returns the map drawn in so far that no receiver, nor (with [`NearDepth::Casters`](crate::NearDepth)) a caster above one, can
+    /// leave it by rounding to `f32`: the matrix [`ShadowMap::clip_from_world_at`] `origin` may be rounded to `f32` and multiplied in `f32`, in any order.
     ///
     /// The margin is the bound of [`Fit::rounding`]: for positions relative to the eye or the body some 3 to 30 ulp of `f32`,
     /// 0.02 texels of 4096, for a uniform map no deeper than wide; more in proportion to the warp's ratio and the depth.
@@ -46,7 +46,8 @@ impl Fit<'_> {
         require_position(origin, "origin")?;
         let margin = self.rounding_ndc(map, origin);
         let texels = (margin * half_size(map)).truncate().max_element();
-        if texels < 1.0 && margin.z < 0.25 {
+        // A map may be one texel wide, which is all of it.
+        if texels < 1.0 && margin.max_element() < 0.25 {
             // The rows drawn in are smaller but for depth, which gains margin times w: a second-order term.
             Ok(map.with_margin(margin * (1.0 + 1e-6)))
         } else {
@@ -63,7 +64,7 @@ impl Fit<'_> {
         let sizes = rows.map(|row| row.abs());
         let light = map.light_space().y.abs();
         // One unit of depth, at w = 1, in world units along the light; and what it adds to the sums at most.
-        let depth_range = -1.0 / rows[2].truncate().dot(map.light_space().y);
+        let depth_range = map.depth_range();
         let above = sizes.map(|size| size.truncate().dot(light) * depth_range);
         let underflow = sizes.map(|size| UNDERFLOW * (size.element_sum() + 1.0));
         let (mut worst, mut largest) = (DVec3::ZERO, 0.0);
@@ -80,8 +81,10 @@ impl Fit<'_> {
                 });
                 // Depth is compared with 0 and with w, and may have been formed as w - z. The true w is at least (1 - own) w;
                 // if that is nothing, neither is the bound.
-                let per_w = if own < 1.0 { 1.0 / (1.0 - own) } else { f64::INFINITY };
-                worst = worst.max(DVec3::new(x + own, y + own, z + 2.0 * own) * per_w);
+                if !(w > 0.0 && own < 1.0) {
+                    return DVec3::INFINITY;
+                }
+                worst = worst.max(DVec3::new(x + own, y + own, z + 2.0 * own) / (1.0 - own));
                 largest = max(reach, largest);
             }
         }

@@ -88,7 +88,7 @@ impl View {
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `eye` is finite, `forward` and `up` are directions that differ by more than 1e-14
-    /// radians, `0 < fov_y < pi` with tangents of at most 1e6, `aspect` is positive and finite, `1e-100 <= near < far`,
+    /// radians, `0 < fov_y < pi` with tangents between 5e-13 and 1e6, `aspect` is positive and finite, `1e-100 <= near < far`,
     /// and `far` is at most 1e100 or infinite.
     pub fn perspective(
         eye: DVec3,
@@ -128,9 +128,11 @@ impl View {
     /// As [`View::perspective_off_centre`], without the condition that `near` is positive; sides are lengths of at
     /// most 1e100.
     pub fn orthographic(eye: DVec3, forward: DVec3, up: DVec3, sides: Sides, depth: Range<f64>) -> Result<Self, Error> {
-        let largest = sides.left.abs().max(sides.right.abs()).max(sides.bottom.abs()).max(sides.top.abs());
-        let lengths = |low: f64, high: f64| high - low >= (1e-12 * largest).max(1e-100) && largest <= 1e100;
-        let condition = "must be ordered, at least 1e-12 of the largest side apart, and at most 1e100 in size";
+        let lengths = |low: f64, high: f64| {
+            let largest = low.abs().max(high.abs());
+            high - low >= (1e-12 * largest).max(1e-100) && largest <= 1e100
+        };
+        let condition = "must be ordered, at least 1e-12 of their size apart, and at most 1e100 in size";
         require(lengths(sides.left, sides.right), "left and right", condition)?;
         require(lengths(sides.bottom, sides.top), "bottom and top", condition)?;
         require(depth.start.abs() <= 1e100, "near", "must be finite and at most 1e100 in size")?;
@@ -155,7 +157,8 @@ impl View {
         let axes = [motion.x_axis.truncate(), motion.y_axis.truncate(), motion.z_axis.truncate()];
         let [x, y, z] = axes;
         let nearly = |a: f64, b: f64| (a - b).abs() <= 1e-4;
-        let rigid = axes.iter().all(|a| nearly(a.length_squared(), 1.0))
+        let rigid = motion.is_finite()
+            && axes.iter().all(|a| nearly(a.length_squared(), 1.0))
             && nearly(x.dot(y), 0.0)
             && nearly(y.dot(z), 0.0)
             && nearly(z.dot(x), 0.0)

@@ -126,7 +126,7 @@ fn sequences_of_cuts_stay_closed_and_exact() {
     for case in 0..count {
         let mut rng = Rng::new(1 << 32 | case as u64);
         let (bounds, origin) = random_box(&mut rng);
-        let mut body = Roomy::from_box(&bounds, origin);
+        let mut body = Roomy::from_box(&bounds, origin).unwrap();
         let mut oracle = HalfSpaces::of_box(&bounds, origin);
         let size = oracle.size();
         let (ulp, unit) = (EPS * size, EPS * size * oracle.box_area());
@@ -190,7 +190,7 @@ fn a_cut_by_noise_stays_closed() {
     for case in 0..cases(300) {
         let mut rng = Rng::new(2 << 32 | case as u64);
         let bounds = Bounds::new(DVec3::NEG_ONE, DVec3::ONE).unwrap();
-        let mut body = Roomy::from_box(&bounds, DVec3::ZERO);
+        let mut body = Roomy::from_box(&bounds, DVec3::ZERO).unwrap();
         let base = rng.direction();
         let across = base.any_orthonormal_pair();
         for step in 0..12 {
@@ -223,7 +223,7 @@ fn a_flat_body_is_cut_through_its_corners() {
     let (mut cut, mut worst) = (0, 0.0_f64);
     for case in 0..cases(1000) {
         let mut rng = Rng::new(4 << 32 | case as u64);
-        let mut body = Roomy::from_box(&cube(), DVec3::ZERO);
+        let mut body = Roomy::from_box(&cube(), DVec3::ZERO).unwrap();
         let mut oracle = HalfSpaces::of_box(&cube(), DVec3::ZERO);
         let (normal, middle) = (rng.direction(), 0.3 * rng.direction());
         body.cut(&Plane::new(normal, middle).unwrap()).unwrap();
@@ -268,7 +268,7 @@ fn state<const V: usize, const F: usize>(body: &ConvexBody<V, F>) -> impl Partia
 
 #[test]
 fn six_cuts_of_a_box_reach_the_capacity_and_fit() {
-    let mut body = Body::from_box(&cube(), DVec3::ZERO);
+    let mut body = Body::from_box(&cube(), DVec3::ZERO).unwrap();
     for v in 0..6 {
         body.cut(&off_corner(v)).unwrap();
         assert_closed(&body);
@@ -305,13 +305,13 @@ fn cameras_reach_the_capacity() {
 
 #[test]
 fn a_full_table_is_an_error_and_changes_nothing() {
-    let mut no_face = ConvexBody::<64, 6>::from_box(&cube(), DVec3::ZERO);
+    let mut no_face = ConvexBody::<64, 6>::from_box(&cube(), DVec3::ZERO).unwrap();
     let before = state(&no_face);
     assert_eq!(no_face.cut(&off_corner(3)), Err(Error::BodyFull));
     assert_eq!(state(&no_face), before);
 
     for v in 0..8 {
-        let mut no_vertex = ConvexBody::<9, 34>::from_box(&cube(), DVec3::ZERO);
+        let mut no_vertex = ConvexBody::<9, 34>::from_box(&cube(), DVec3::ZERO).unwrap();
         let before = state(&no_vertex);
         assert_eq!(no_vertex.cut(&off_corner(v)), Err(Error::BodyFull));
         assert_eq!(state(&no_vertex), before);
@@ -326,7 +326,7 @@ fn a_full_table_is_an_error_and_changes_nothing() {
 #[test]
 fn faces_that_are_cut_away_make_room() {
     // Room for the face that goes and the one that comes, beside those of the box, and for no more vertices.
-    let mut body = ConvexBody::<8, 8>::from_box(&cube(), DVec3::ZERO);
+    let mut body = ConvexBody::<8, 8>::from_box(&cube(), DVec3::ZERO).unwrap();
     let normal = DVec3::new(1.0, 1.0 / 16.0, -1.0 / 16.0);
     for step in 0..20 {
         let x = 0.75 - 0.05 * f64::from(step);
@@ -340,7 +340,7 @@ fn faces_that_are_cut_away_make_room() {
 #[test]
 fn planes_on_the_border_keep_and_planes_beyond_empty() {
     for axis in DVec3::AXES.into_iter().flat_map(|axis| [axis, -axis]) {
-        let mut body = Roomy::from_box(&cube(), DVec3::ZERO);
+        let mut body = Roomy::from_box(&cube(), DVec3::ZERO).unwrap();
         let before = state(&body);
         body.cut(&Plane::new(axis, axis).unwrap()).unwrap();
         assert_eq!(state(&body), before, "a plane on a face cuts nothing");

@@ -169,7 +169,8 @@ fn sides() {
         refused(perspective(upright(a, b)), "bottom and top", "at most 1e6 in size");
     }
     for [a, b] in bad.into_iter().chain([[-1.0, 1.1e100], [-1.1e100, 1.0]]) {
-        refused(orthographic(across(a, b)), "left and right", "ordered, at least 1e-12 of the largest side apart");
+        refused(orthographic(across(a, b)), "left and right", "ordered, at least 1e-12 of their size apart");
+        refused(orthographic(upright(a, b)), "bottom and top", "at most 1e100 in size");
     }
     refused(orthographic(upright(0.0, 1e-101)), "bottom and top", "apart");
     orthographic(across(0.0, 1e6)).unwrap();
@@ -309,10 +310,7 @@ fn matrices() {
                 refused(from(DMat4::IDENTITY, entry(column, row, bad)), "clip_from_eye", "along z");
                 let mut motion = DMat4::IDENTITY;
                 motion.col_mut(column)[row] = bad;
-                let error = from(motion, projection).unwrap_err();
-                let Error::Invalid { argument, .. } = error else { unreachable!("{error}") };
-                let expected = if column == 3 && row < 3 { "eye" } else { "eye_from_world" };
-                assert_eq!(argument, expected, "{column} {row} {bad}");
+                refused(from(motion, projection), "eye_from_world", "a rigid motion");
             }
         }
     }
@@ -358,7 +356,7 @@ fn lights_that_are_not_directional() {
 #[test]
 fn bodies_without_room() {
     let unit = Bounds::new(DVec3::ZERO, DVec3::ONE).unwrap();
-    let mut body = ConvexBody::<8, 6>::from_box(&unit, DVec3::ZERO);
+    let mut body = ConvexBody::<8, 6>::from_box(&unit, DVec3::ZERO).unwrap();
     let volume = body.volume();
     let corner = Plane::new(DVec3::ONE, DVec3::splat(0.9)).unwrap();
     assert_eq!(body.cut(&corner), Err(Error::BodyFull));

@@ -217,7 +217,7 @@ fn points_far_from_their_origin() {
     let bounds = box_about(point, DVec3::ZERO);
     let mut scene =
         Scene::new(camera(point - DVec3::X, DVec3::X, 0.5..10.0), DVec3::new(1.0, 2.0, 0.5), &[bounds], bounds);
-    scene.bodies = vec![Body::from_box(&bounds, DVec3::ZERO)];
+    scene.bodies = vec![Body::from_box(&bounds, DVec3::ZERO).unwrap()];
     assert!(matrix(&solve(&scene, Rule::LISPSM), point).is_finite());
     assert!(scene.fit().linear_depth(point).unwrap().is_finite());
 }

@@ -14,7 +14,7 @@ use crate::view::View;
 /// ```
 /// `dx`, `dz`: a texel's extent in world units where `w = 1`; `ppu/z`: pixels per world unit at depth `z` along the view, the
 /// larger of the two picture directions. The orientation of the surface and the shear of the map are left out, as
-/// in the papers. Depths before the near plane count as the near plane's. Domain: points with `w > 0`, as all of the receivers.
+/// in the papers. Depths before the near plane count as the near plane's. Infinite where `w <= 0`.
 #[must_use]
 pub fn pixels_per_texel(map: &ShadowMap, view: &View, viewport: [u32; 2], point: DVec3) -> f64 {
     let depth = view.forward().dot(point - view.eye()).max(view.near());
@@ -22,7 +22,8 @@ pub fn pixels_per_texel(map: &ShadowMap, view: &View, viewport: [u32; 2], point:
     s.max(t) * view.pixels_per_unit(viewport, depth)
 }
 
-/// Returns the worst perspective aliasing of a map over the receivers, in pixels per texel; 0 if there are none.
+/// Returns the worst perspective aliasing of a map over the receivers, in pixels per texel; 0 if there are none. Domain:
+/// receivers that were cut by this view.
 ///
 /// Exact, with no sampling: the worst point of a convex body is one of its vertices. For each axis of the map the aliasing is
 /// `g(w)/z`, where `g` is convex and `w` and the depth `z > 0` are affine in the point. The points where it is at most `k` are

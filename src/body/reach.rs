@@ -8,7 +8,8 @@ use crate::plane::Plane;
 use crate::scene::Bounds;
 
 /// Looks for the greatest `height(c)/w(c)` over all casters `c` of a body, for affine functions given as rows: `height` grows by
-/// one per unit towards the light, `w` is constant in that direction and positive on the body.
+/// one per unit towards the light, `w` is constant in that direction and positive on the body. Positions are relative to the
+/// origin of these rows, from where that of the body is at `shift`.
 ///
 /// Above a receiver `q` the casters end where the ray to the light leaves the casters' box, at the first of at
 /// most three planes. So the answer is the maximum over the body of the least of three linear fractions. For each plane
@@ -19,6 +20,7 @@ pub(crate) struct Reach<const V: usize = 20> {
     height: DVec4,
     w: DVec4,
     to_light: DVec3,
+    shift: DVec3,
     /// The corner of the box that is furthest towards the light; [`NEVER`] in directions perpendicular to it.
     corner: DVec3,
     /// The reciprocals of the light's coordinates; 1 for those that are 0.
@@ -36,9 +38,9 @@ const NEVER: f64 = 1e150;
 type ShadedBody = ConvexBody<38, 21>;
 
 impl<const V: usize> Reach<V> {
-    /// Starts the search, with no vertex seen. Positions are relative to `origin`.
+    /// Starts the search, with no vertex seen. The rows are relative to `origin`.
     #[inline(always)]
-    pub(crate) fn new(to_light: DVec3, casters: &Bounds, origin: DVec3, height: DVec4, w: DVec4) -> Self {
+    pub(crate) fn new(to_light: DVec3, casters: &Bounds, origin: DVec3, shift: DVec3, [height, w]: [DVec4; 2]) -> Self {
         let (low, high) = (casters.min() - origin, casters.max() - origin);
         let corner = |l: f64, low, high| {
             if l > 0.0 {
@@ -55,6 +57,7 @@ impl<const V: usize> Reach<V> {
             height,
             w,
             to_light,
+            shift,
             corner: DVec3::new(corner(l.x, low.x, high.x), corner(l.y, low.y, high.y), corner(l.z, low.z, high.z)),
             per_length: DVec3::new(per_length(l.x), per_length(l.y), per_length(l.z)),
             fractions: [[f64::NEG_INFINITY; 3]; V],
@@ -93,7 +96,7 @@ impl<const V: usize> Reach<V> {
             for edge in 0..3 {
                 let b = usize::from(next[edge] >> 2);
                 if better[a] | better[b] == 0b111 && a < b {
-                    best = max(self.best_on_edge(body.points[a], body.points[b]), best);
+                    best = max(self.best_on_edge(body.points[a] + self.shift, body.points[b] + self.shift), best);
                 }
             }
         }
@@ -130,7 +133,7 @@ impl<const V: usize> Reach<V> {
         }
         let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
         for plane in body.bounding_planes() {
-            let (beyond, rate) = (plane.distance(self.corner), plane.normal().dot(self.to_light));
+            let (beyond, rate) = (plane.distance(self.corner - self.shift), plane.normal().dot(self.to_light));
             if rate > 0.0 {
                 enter = max(beyond / rate, enter);
             } else if rate < 0.0 {
@@ -155,7 +158,7 @@ impl Reach {
     pub(crate) fn of_any(&self, body: &Body, casters: &Bounds) -> f64 {
         // Only that part of the body counts above which there is some of the box.
         let mut shaded: ShadedBody = body.resized(casters);
-        let whole: ConvexBody<8, 6> = ConvexBody::from_box(casters, body.origin);
+        let whole: ConvexBody<8, 6> = ConvexBody::box_about(casters, body.origin);
         let corners = [casters.min() - body.origin, casters.max() - body.origin];
         let size = corners.iter().chain(body.vertices()).fold(0.0, |size, p| max(p.abs().max_element(), size));
         for plane in whole.sweep_planes(-self.to_light) {
@@ -164,8 +167,10 @@ impl Reach {
             // Capacity: see `ShadedBody`.
             let _ = shaded.cut(&plane);
         }
-        let mut reach = Reach::<38>::new(self.to_light, casters, body.origin, self.height, self.w);
-        for (vertex, &q) in shaded.vertices().iter().enumerate() {
+        let origin = body.origin - self.shift;
+        let mut reach = Reach::<38>::new(self.to_light, casters, origin, self.shift, [self.height, self.w]);
+        for (vertex, point) in shaded.vertices().iter().enumerate() {
+            let q = *point + self.shift;
             reach.include(vertex, q, self.height.dot(q.extend(1.0)), 1.0 / self.w.dot(q.extend(1.0)));
         }
         reach.of_enclosed(&shaded)

@@ -51,7 +51,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 
     /// Copies a body into one with other capacity, about the same origin. The caller sees to it that it fits.
     pub(super) fn resized<const V2: usize, const F2: usize>(&self, bounds: &Bounds) -> ConvexBody<V2, F2> {
-        let mut copy = ConvexBody::from_box(bounds, self.origin);
+        let mut copy = ConvexBody::box_about(bounds, self.origin);
         (copy.len, copy.planes_len) = (self.len, self.planes_len);
         for v in 0..self.len.min(V2) {
             (copy.points[v], copy.next[v], copy.left[v]) = (self.points[v], self.next[v], self.left[v]);
@@ -88,7 +88,7 @@ impl Body {
     /// [`Error::Unsupported`] for lights that are not directional.
     pub fn casters(&self, light: &Light, casters: &Bounds) -> Result<CasterBody, Error> {
         let light = light.as_directional()?;
-        let mut body = CasterBody::from_box(casters, self.origin);
+        let mut body = CasterBody::box_about(casters, self.origin);
         let mut scratch = Scratch::new();
         if self.is_empty() {
             body.len = 0;
