@@ -159,8 +159,7 @@ impl Reach {
         // Only that part of the body counts above which there is some of the box.
         let mut shaded: ShadedBody = body.resized(casters);
         let whole: ConvexBody<8, 6> = ConvexBody::box_about(casters, body.origin);
-        let corners = [casters.min() - body.origin, casters.max() - body.origin];
-        let size = corners.iter().chain(body.vertices()).fold(0.0, |size, p| max(p.abs().max_element(), size));
+        let size = body.size_with(casters);
         for plane in whole.sweep_planes(-self.to_light) {
             // Wider by a rounding of the coordinates, so that a box without width is not missed.
             let plane = Plane::from_unit(plane.normal(), plane.offset() + 8.0 * f64::EPSILON * size);

@@ -5,8 +5,8 @@ use glam::DVec3;
 use super::clip::Scratch;
 use super::{Body, ConvexBody, after};
 use crate::error::Error;
-use crate::light::Light;
-use crate::math::sqrt;
+use crate::light::{Directional, Light};
+use crate::math::{max, sqrt};
 use crate::plane::Plane;
 use crate::scene::Bounds;
 
@@ -67,8 +67,8 @@ impl Body {
     /// Returns all that can cast a shadow on this body: what lies between it and the light, in the casters' box.
     /// Exact; a few times the cost of a fit, which does not need it: for culling and drawing.
     ///
-    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the sweep is flat, because the
-    /// body turns no area to the light, or only touches the box, the result may be empty.
+    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the body turns no area to the
+    /// light, so that no shadow on it can be seen, or its sweep only touches the box, the result may be flat or empty.
     ///
     /// ```
     /// # use shadow_warp::{Body, Bounds, Light, View, glam::{DVec3, dvec3}};
@@ -88,16 +88,33 @@ impl Body {
     /// [`Error::Unsupported`] for lights that are not directional.
     pub fn casters(&self, light: &Light, casters: &Bounds) -> Result<CasterBody, Error> {
         let light = light.as_directional()?;
+        let exact = self.swept(light, casters, 0.0);
+        // A flat box may have been cut away whole by rounding.
+        if exact.is_empty() && casters.min().cmpeq(casters.max()).any() && self.volume() > 0.0 {
+            return Ok(self.swept(light, casters, 8.0 * f64::EPSILON * self.size_with(casters)));
+        }
+        Ok(exact)
+    }
+
+    /// The casters' box cut by the sweep, whose planes are moved out by a margin.
+    fn swept(&self, light: &Directional, casters: &Bounds, margin: f64) -> CasterBody {
         let mut body = CasterBody::box_about(casters, self.origin);
         let mut scratch = Scratch::new();
         if self.is_empty() {
             body.len = 0;
         }
         for plane in self.sweep_planes(light.to_light()) {
+            let plane = Plane::from_unit(plane.normal(), plane.offset() + margin);
             // Capacity: see `CasterBody`.
             let _ = body.cut_with(&plane, &mut scratch);
         }
-        Ok(body)
+        body
+    }
+
+    /// The greatest coordinate of this body and the casters' box, about the origin.
+    pub(super) fn size_with(&self, casters: &Bounds) -> f64 {
+        let corners = [casters.min() - self.origin, casters.max() - self.origin];
+        corners.iter().chain(self.vertices()).fold(0.0, |size, p| max(p.abs().max_element(), size))
     }
 }
 

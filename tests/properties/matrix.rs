@@ -233,7 +233,7 @@ fn casters_change_depth_alone() {
         for rule in rules(&mut Random::new(case)) {
             let with = scene.fit().solve(rule).unwrap();
             let low = with.clip_from_world_at(with.origin(), ClipSpace::WGPU);
-            let old = std::mem::replace(&mut scene.casters, box_about(DVec3::ZERO, DVec3::splat(2e3)));
+            let old = std::mem::replace(&mut scene.casters, box_about(DVec3::ZERO, DVec3::splat(1e4)));
             let high = scene.fit().solve(rule).unwrap().clip_from_world_at(with.origin(), ClipSpace::WGPU);
             for row in [0, 1, 3] {
                 assert_eq!(low.row(row), high.row(row), "{case}");
