@@ -8,6 +8,7 @@ use crate::view::View;
 
 /// Which directions in light space the texture's axes follow.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum Axes {
     /// The view: the map's vertical axis is the view direction made perpendicular to the light, as in the papers. The
     /// tightest fit, with the warp along a texture axis. The axes turn about the light where the view passes through its

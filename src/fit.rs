@@ -120,11 +120,11 @@ impl<'a> Fit<'a> {
     /// all sides: it is fitted as if it were a millionth of its size thick. See [`ShadowMap::with_border`] and [`Fit::guard_f32`] for margins.
     ///
     /// ```text
-    /// T = (Z, -z0)/d      W = eta T + (0,0,0,1)      A = (X, -p_x)      H = (Y, -p_y)
-    /// clip_x = (2A - (X0 + X1) W)/(X1 - X0)          X0, X1: extremes of A/W over the body
-    /// clip_y = (2 + eta) T - (0,0,0,1)               0 and 1: extremes of T
-    /// clip_z = (Y1 W - H)/(Y1 - Y0)                  Y0, Y1: least H/W of receivers, greatest of casters
-    /// clip_w = W
+    /// T = (Z, -z0)/d    W = eta T + (0,0,0,1)    A = (X, -p_x)    H = (Y, -p_y)
+    /// clip_x = (2A - (X0 + X1) W)/(X1 - X0)      X0, X1: extremes of A/W over the body
+    /// clip_y = (2 + eta) T - (0,0,0,1)           0 and 1: extremes of T
+    /// clip_z = (Y1 W - H)/(Y1 - Y0)              Y0: least H/W of the receivers
+    /// clip_w = W                                 Y1: greatest H/W of the casters
     /// ```
     /// This is the papers' frustum with near distance `d/eta` about the point `(p_x, p_y, z0 - d/eta)`, refitted to the body,
     /// [LiSPSM, Sec. 3]; but there is no `n`, no centre of projection and no `(f + n)/(f - n)` in it, which are infinite
