@@ -117,11 +117,14 @@ pub(crate) struct LightAxes {
     sin_gamma: f64,
 }
 
-/// Vertices in world space.
+/// Vertices in world space, and as the library keeps them: about an origin near by, with all their digits.
 #[derive(Serialize)]
 pub(crate) struct Bodies {
     pub(crate) receiver_vertices: Vec<[f64; 3]>,
     caster_vertices: Vec<[f64; 3]>,
+    origin: [f64; 3],
+    receiver_vertices_from_origin: Vec<[f64; 3]>,
+    caster_vertices_from_origin: Vec<[f64; 3]>,
     #[serde(skip)]
     pub(crate) receivers: Body,
 }
@@ -166,6 +169,9 @@ pub(crate) fn report(name: &str, scene: Scene, notes: Vec<String>, job: &Job) ->
         body: Bodies {
             receiver_vertices: in_world(body.vertices(), body.origin()),
             caster_vertices: in_world(casters.vertices(), casters.origin()),
+            origin: body.origin().to_array(),
+            receiver_vertices_from_origin: in_world(body.vertices(), DVec3::ZERO),
+            caster_vertices_from_origin: in_world(casters.vertices(), DVec3::ZERO),
             receivers: body,
         },
         view: Frame {
