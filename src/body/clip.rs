@@ -45,19 +45,17 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         }
         let face = self.free_face()?;
         let mut mended = false;
-        loop {
-            match self.try_cut(scratch, removed_len, face) {
-                Outcome::Cut => {
-                    self.planes[face] = *plane;
-                    self.planes_len = self.planes_len.max(face + 1);
-                    return Ok(());
-                }
-                Outcome::Torn if !mended => removed_len = self.mend(scratch),
-                // After mending, both sides hang together and the cut cannot be torn; too little room it may have.
-                Outcome::Torn | Outcome::Full => return Err(Error::BodyFull),
+        while !self.try_cut(scratch, removed_len, face) {
+            // After mending, both sides hang together and the cut cannot be torn; too little room it may have.
+            if mended {
+                return Err(Error::BodyFull);
             }
+            removed_len = self.mend(scratch);
             mended = true;
         }
+        self.planes[face] = *plane;
+        self.planes_len = self.planes_len.max(face + 1);
+        Ok(())
     }
 
     /// An unused plane's number: a fresh one, or that of a face that has been cut away.
@@ -69,12 +67,13 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         (6..F).find(|f| used & 1 << f == 0).ok_or(Error::BodyFull)
     }
 
-    /// Cuts along the edges between kept and removed vertices, if they form a single cycle that crosses no face twice.
-    /// Otherwise leaves the body as it is.
+    /// Cuts along the edges between kept and removed vertices, if they form a single cycle that crosses no face twice, and
+    /// there is room for a new vertex on each. Otherwise leaves the body as it is, and says so.
     #[inline(always)]
-    fn try_cut(&mut self, scratch: &mut Scratch<V>, removed_len: usize, new_face: usize) -> Outcome {
+    fn try_cut(&mut self, scratch: &mut Scratch<V>, removed_len: usize, new_face: usize) -> bool {
         let Scratch { beyond, removed, cut } = scratch;
         let removed = &removed[..removed_len];
+        let room = V - self.len + removed_len;
         let mut len = 0;
         for &v in removed {
             let ends = self.next[usize::from(v)];
@@ -84,20 +83,16 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
                 if beyond[kept] > 0.0 {
                     continue;
                 }
-                if len == V {
-                    return self.undo(removed, Outcome::Torn);
+                if len == room {
+                    return self.undo(removed);
                 }
-                let point = self.divide(kept, usize::from(v), beyond);
+                let (half, point) = (after(start), self.divide(kept, usize::from(v), beyond));
                 // New vertices go where removed ones were, then to the end.
-                let half = after(start);
                 let slot = if len < removed.len() { removed[len] } else { (self.len + len - removed.len()) as u8 };
-                cut[len] = Cut { point, half: half as u16, start: start as u16, slot, next: 0, face: 0 };
+                cut[len] = Cut { point, half: half as u16, start: start as u16, slot, ..cut[len] };
                 self.set_next(half, NEW | len);
                 len += 1;
             }
-        }
-        if len > removed.len() + V - self.len {
-            return self.undo(removed, Outcome::Full);
         }
 
         // From each cut edge follow the face to its right, along the kept side, to the cut edge where that face ends; and on
@@ -120,7 +115,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             }
         }
         if steps != len || twice {
-            return self.undo(removed, Outcome::Torn);
+            return self.undo(removed);
         }
 
         // The half-edges of a new vertex, counter-clockwise: back to the kept end, on to the next new vertex, and to the one
@@ -139,7 +134,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         for &hole in removed.get(len..).unwrap_or(&[]).iter().rev() {
             self.move_last_to(usize::from(hole));
         }
-        Outcome::Cut
+        true
     }
 
     /// Where the edge from a kept to a removed vertex meets the plane, measured from the end that is nearer to it.
@@ -150,9 +145,9 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         self.points[near] + (self.points[far] - self.points[near]) * (min(a, b) / (a + b))
     }
 
-    /// Links cut edges up again.
+    /// Links cut edges up again. Returns `false`, for a cut that failed.
     #[cold]
-    fn undo(&mut self, removed: &[u8], outcome: Outcome) -> Outcome {
+    fn undo(&mut self, removed: &[u8]) -> bool {
         for v in removed.iter().map(|v| usize::from(*v)) {
             for gone in 4 * v..4 * v + 3 {
                 let half = after(self.next(gone));
@@ -161,7 +156,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
                 }
             }
         }
-        outcome
+        false
     }
 
     /// Fills a hole in the table of vertices with its last one.
@@ -257,11 +252,4 @@ struct Cut {
 
 impl Cut {
     const UNUSED: Self = Self { point: DVec3::ZERO, half: 0, start: 0, slot: 0, next: 0, face: 0 };
-}
-
-#[derive(Clone, Copy, PartialEq)]
-enum Outcome {
-    Cut,
-    Torn,
-    Full,
 }
