@@ -1,5 +1,6 @@
-//! Instructions for a thousand realistic jobs, so that a thousandth of each count is the mean per job; the counts repeat
-//! exactly: `cargo bench --bench instructions` (needs valgrind, and `cargo install gungraun-runner --version 0.20.0`).
+//! Instructions for a thousand realistic jobs, so that a thousandth of each count is the mean per job; the counts
+//! repeat exactly: `cargo bench --bench instructions` (needs valgrind, and `cargo install gungraun-runner --version
+//! 0.20.0`).
 #![expect(clippy::unwrap_used, reason = "the jobs are valid, and a bench may stop where one is not")]
 #![expect(missing_docs, reason = "the harness generates public items")]
 

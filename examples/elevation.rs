@@ -1,8 +1,8 @@
 //! How the sun's elevation decides what a warp is worth: `cargo run --example elevation`.
 //!
-//! The camera looks level over a plain towards the sun, as it sinks from overhead to the horizon. High up, the warp makes the
-//! worst texel many times smaller; as the light comes to be parallel to the view there is nothing left to gain, and
-//! the published rule fades to the uniform map.
+//! The camera looks level over a plain towards the sun, as it sinks from overhead to the horizon. High up, the warp
+//! makes the worst texel many times smaller; as the light comes to be parallel to the view there is nothing left to
+//! gain, and the published rule fades to the uniform map.
 #![expect(clippy::disallowed_methods, reason = "an example may take sine and cosine from std")]
 
 use shadow_warp::glam::DVec3;

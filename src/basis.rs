@@ -11,13 +11,13 @@ use crate::view::View;
 #[non_exhaustive]
 pub enum Axes {
     /// The view: the map's vertical axis is the view direction made perpendicular to the light, as in the papers. The
-    /// tightest fit, with the warp along a texture axis. The axes turn about the light where the view passes through its
-    /// direction, and no choice that follows the view can avoid that.
+    /// tightest fit, with the warp along a texture axis. The axes turn about the light where the view passes through
+    /// its direction, and no choice that follows the view can avoid that.
     #[default]
     View,
-    /// The light alone: the texel grid does not turn with the camera, and every entry of the matrix is continuous in the
-    /// camera, also through light parallel to view. The price is a looser fit, with the warp askew over the texture, and a
-    /// jump where the *light* passes through certain directions: see [`LightSpace::fixed_axes`].
+    /// The light alone: the texel grid does not turn with the camera, and every entry of the matrix is continuous in
+    /// the camera, also through light parallel to view. The price is a looser fit, with the warp askew over the
+    /// texture, and a jump where the *light* passes through certain directions: see [`LightSpace::fixed_axes`].
     LightFixed,
 }
 
@@ -58,9 +58,9 @@ impl LightSpace {
         Self { x, y, z: y.cross(x), sin_gamma: 0.0 }
     }
 
-    /// Returns two unit vectors perpendicular to `y` and to each other that depend on `y` alone, with the
-    /// orientation of `x` and `z`. They jump where two of the coordinates of `y` change rank; somewhere every such choice
-    /// must (a sphere cannot be combed).
+    /// Returns two unit vectors perpendicular to `y` and to each other that depend on `y` alone, with the orientation
+    /// of `x` and `z`. They jump where two of the coordinates of `y` change rank; somewhere every such choice must (a
+    /// sphere cannot be combed).
     #[must_use]
     pub fn fixed_axes(&self) -> [DVec3; 2] {
         let size = self.y.abs();

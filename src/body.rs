@@ -30,18 +30,18 @@ use crate::view::View;
 /// planes through vertices and edges.)
 ///
 /// # Capacity
-/// A simple polytope with `f` faces has `2f - 4` vertices and `3f - 6` edges (Euler, with `3v = 2e`). A cut adds one face,
-/// and its new vertices go where removed ones were, so a body that starts as a box and is cut by `k` planes never has
-/// more than `2(6 + k) - 4` vertices: 20 for the six planes of a view ([`Body`]).
+/// A simple polytope with `f` faces has `2f - 4` vertices and `3f - 6` edges (Euler, with `3v = 2e`). A cut adds one
+/// face, and its new vertices go where removed ones were, so a body that starts as a box and is cut by `k` planes
+/// never has more than `2(6 + k) - 4` vertices: 20 for the six planes of a view ([`Body`]).
 #[derive(Clone, Copy, Debug)]
 pub struct ConvexBody<const V: usize, const F: usize> {
     origin: DVec3,
     len: usize,
     planes_len: usize,
     points: [DVec3; V],
-    /// Half-edges: the three at vertex `v`, on their way out, counter-clockwise seen from outside, have the numbers `4 v`
-    /// to `4 v + 2`. Here stands the number of the half-edge that follows along the face to the left. It starts where
-    /// this one ends; counter-clockwise after it comes this one's twin, the way back.
+    /// Half-edges: the three at vertex `v`, on their way out, counter-clockwise seen from outside, have the numbers
+    /// `4 v` to `4 v + 2`. Here stands the number of the half-edge that follows along the face to the left. It starts
+    /// where this one ends; counter-clockwise after it comes this one's twin, the way back.
     next: [[u16; 4]; V],
     /// The face to the left: between this half-edge and the next one counter-clockwise.
     left: [[u8; 4]; V],

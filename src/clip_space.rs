@@ -14,8 +14,9 @@ pub enum DepthRange {
 /// The conventions of a graphics interface, as a value: what its clip space and its textures look like.
 ///
 /// Whatever the interface, the map is the same picture: far from the eye is its top as displayed (with
-/// [`Axes::View`](crate::Axes)), and the light's near plane is the near plane of depth. Triangles keep the winding that an ordinary camera of the same interface gives
-/// them, in a right-handed world; in a left-handed world they get the opposite one, so cull the other faces there.
+/// [`Axes::View`](crate::Axes)), and the light's near plane is the near plane of depth. Triangles keep the winding
+/// that an ordinary camera of the same interface gives them, in a right-handed world; in a left-handed world they get
+/// the opposite one, so cull the other faces there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct ClipSpace {
     /// The depth range.
@@ -40,10 +41,11 @@ impl ClipSpace {
     /// OpenGL with `glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE)`.
     pub const OPENGL_ZERO_TO_ONE: Self = Self { depth: DepthRange::ZeroToOne, ..Self::OPENGL };
 
-    /// Returns the same conventions with reversed depth: 1 at the near plane, 0 at the far plane. Twice is the identity for
-    /// depth from 0 to 1.
+    /// Returns the same conventions with reversed depth: 1 at the near plane, 0 at the far plane. Twice is the
+    /// identity for depth from 0 to 1.
     ///
-    /// Depth from -1 to 1 has no reversed form worth having (its rounding is worst in the middle), so it becomes 1 to 0.
+    /// Depth from -1 to 1 has no reversed form worth having (its rounding is worst in the middle), so it becomes 1 to
+    /// 0.
     #[must_use]
     pub const fn reversed(self) -> Self {
         let depth = match self.depth {
@@ -53,8 +55,9 @@ impl ClipSpace {
         Self { depth, ..self }
     }
 
-    /// Returns the matrix from this clip space to texture coordinates: `(u, v, depth, w)`, where after division by `w`
-    /// `(0, 0)` is the corner of the first texel, `(1, 1)` that of the last one, and depth is as the depth buffer holds it.
+    /// Returns the matrix from this clip space to texture coordinates: `(u, v, depth, w)`, where after division by
+    /// `w` `(0, 0)` is the corner of the first texel, `(1, 1)` that of the last one, and depth is as the depth buffer
+    /// holds it.
     ///
     /// ```
     /// use shadow_warp::{ClipSpace, glam::{DVec3, DVec4}};

@@ -23,9 +23,9 @@ pub enum Error {
     /// A body has no room for another cut. Does not happen to bodies this crate makes from views, boxes and lights,
     /// whose capacity is proved; it can happen to one that a caller goes on cutting.
     BodyFull,
-    /// The map is too fine for `f32` positions relative to the given origin: no margin below one texel keeps all receivers
-    /// inside. Either the origin is far from the body: use one near the eye or the body. Or the body is thin against its size,
-    /// as flat ground is to a light at the horizon: there is no shadow to be seen then.
+    /// The map is too fine for `f32` positions relative to the given origin: no margin below one texel keeps all
+    /// receivers inside. Either the origin is far from the body: use one near the eye or the body. Or the body is
+    /// thin against its size, as flat ground is to a light at the horizon: there is no shadow to be seen then.
     BeyondF32 {
         /// The bound on the displacement by rounding, in texels, at the worst receiver.
         texels: f64,

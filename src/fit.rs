@@ -40,7 +40,8 @@ pub struct Fit<'a> {
     pub receivers: &'a [Body],
     /// The size of the map, `[width, height]` in texels. By default 1024 x 1024.
     pub map_size: [u32; 2],
-    /// The size of the picture that is seen, `[width, height]` in pixels. By default 1920 x 1080. Only errors depend on it.
+    /// The size of the picture that is seen, `[width, height]` in pixels. By default 1920 x 1080. Only errors depend
+    /// on it.
     pub viewport: [u32; 2],
     /// Which directions the texture's axes follow.
     pub axes: Axes,
@@ -91,11 +92,12 @@ const LEAST_ASPECT: f64 = 1.0 / (1 << 20) as f64;
 /// rounding of its position.
 const LEAST_ANGLE: f64 = 1.0 / (1_u64 << 50) as f64;
 
-/// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where that is more
-/// than 2^-12, as for a body that is a point far from its origin, the excess is made smaller.
+/// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where
+/// that is more than 2^-12, as for a body that is a point far from its origin, the excess is made smaller.
 const MOST_STEEP: f64 = (1_u64 << 40) as f64;
-/// The same for casters that are very much further away than the body is long: their distance over the body's extent, times
-/// the excess, tilts the row of depth against the light, by the rounding of its axes. At this value it does by 6 %.
+/// The same for casters that are very much further away than the body is long: their distance over the body's extent,
+/// times the excess, tilts the row of depth against the light, by the rounding of its axes. At this value it does by
+/// 6 %.
 const MOST_STEEP_DEPTH: f64 = (1_u64 << 48) as f64;
 
 impl<'a> Fit<'a> {
@@ -114,10 +116,11 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Returns the map that the rule gives, fitted exactly: the receivers touch its four sides and its far plane, and the
-    /// highest of their casters its near plane, or the highest receiver where no caster is higher. Casters count as far as
-    /// they stand between receivers and light; their box need not contain the receivers. A flat body does not touch
-    /// all sides: it is fitted as if it were a millionth of its size thick. See [`ShadowMap::with_border`] and [`Fit::guard_f32`] for margins.
+    /// Returns the map that the rule gives, fitted exactly: the receivers touch its four sides and its far plane, and
+    /// the highest of their casters its near plane, or the highest receiver where no caster is higher. Casters count
+    /// as far as they stand between receivers and light; their box need not contain the receivers. A flat body does
+    /// not touch all sides: it is fitted as if it were a millionth of its size thick. See [`ShadowMap::with_border`]
+    /// and [`Fit::guard_f32`] for margins.
     ///
     /// ```text
     /// T = (Z, -z0)/d    W = eta T + (0,0,0,1)    A = (X, -p_x)    H = (Y, -p_y)
@@ -126,17 +129,18 @@ impl<'a> Fit<'a> {
     /// clip_z = (Y1 W - H)/(Y1 - Y0)              Y0: least H/W of the receivers
     /// clip_w = W                                 Y1: greatest H/W of the casters
     /// ```
-    /// This is the papers' frustum with near distance `d/eta` about the point `(p_x, p_y, z0 - d/eta)`, refitted to the body,
-    /// [LiSPSM, Sec. 3]; but there is no `n`, no centre of projection and no `(f + n)/(f - n)` in it, which are infinite
-    /// for a uniform map and cancel near it. `p_x` is the eye's, moved into the body's extent; `p_y` the middle
-    /// of the receivers' extent, which makes the depth slopes that the warp adds equal and opposite at the two ends.
+    /// This is the papers' frustum with near distance `d/eta` about the point `(p_x, p_y, z0 - d/eta)`, refitted to
+    /// the body, [LiSPSM, Sec. 3]; but there is no `n`, no centre of projection and no `(f + n)/(f - n)` in it, which
+    /// are infinite for a uniform map and cancel near it. `p_x` is the eye's, moved into the body's extent; `p_y` the
+    /// middle of the receivers' extent, which makes the depth slopes that the warp adds equal and opposite at the two
+    /// ends.
     ///
-    /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates, for positions relative to [`ShadowMap::origin`]; for a
-    /// body whose extents across, along and towards the light differ by more than 1000, more in proportion.
+    /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates, for positions relative to [`ShadowMap::origin`];
+    /// for a body whose extents across, along and towards the light differ by more than 1000, more in proportion.
     ///
     /// # Errors
-    /// [`Error::NothingVisible`] if all receivers are empty; [`Error::Unsupported`] for lights that are not directional;
-    /// [`Error::Invalid`] if `map_size` or `viewport` has no texels.
+    /// [`Error::NothingVisible`] if all receivers are empty; [`Error::Unsupported`] for lights that are not
+    /// directional; [`Error::Invalid`] if `map_size` or `viewport` has no texels.
     pub fn solve(&self, rule: Rule) -> Result<ShadowMap, Error> {
         let light = self.light.as_directional()?;
         let no_zero = |[width, height]: [u32; 2]| width > 0 && height > 0;
@@ -182,8 +186,9 @@ impl<'a> Fit<'a> {
                 depths = depth.at_least(floor);
             }
             Axes::LightFixed => {
-                // The warp projects about the middle of the body's bounding rectangle. Seen along the light that is inside the
-                // body, so w >= 1 there: a line through it with the body on one side would miss a side of the rectangle.
+                // The warp projects about the middle of the body's bounding rectangle. Seen along the light that is
+                // inside the body, so w >= 1 there: a line through it with the body on one side would miss a side of
+                // the rectangle.
                 let axes = space.fixed_axes();
                 let middle = self.extents(origin, axes).map(Extent::middle);
                 let w_middle = at(w, axes[0] * middle[0] + axes[1] * middle[1]);
@@ -213,12 +218,13 @@ impl<'a> Fit<'a> {
         aliasing::worst(map, self.view, self.viewport, self.receivers)
     }
 
-    /// Returns the affine row that gives linear depth, for engines that write depth in the fragment stage: its product with
-    /// `(p, 1)`, for `p` relative to `origin`, is 0 at the near plane's caster (or receiver, as in [`Fit::solve`]) and 1 at the
-    /// receiver farthest from the light.
+    /// Returns the affine row that gives linear depth, for engines that write depth in the fragment stage: its
+    /// product with `(p, 1)`, for `p` relative to `origin`, is 0 at the near plane's caster (or receiver, as in
+    /// [`Fit::solve`]) and 1 at the receiver farthest from the light.
     ///
     /// # Errors
-    /// [`Error::NothingVisible`] and [`Error::Unsupported`] as [`Fit::solve`]; [`Error::Invalid`] unless `origin` is finite.
+    /// [`Error::NothingVisible`] and [`Error::Unsupported`] as [`Fit::solve`]; [`Error::Invalid`] unless `origin` is
+    /// finite.
     pub fn linear_depth(&self, origin: DVec3) -> Result<DVec4, Error> {
         require_position(origin, "origin")?;
         let light = self.light.as_directional()?;
@@ -265,8 +271,8 @@ impl<'a> Fit<'a> {
         extents
     }
 
-    /// The extremes of linear fractions over `w`: of some rows over the receivers, and of the height from the receivers to the
-    /// casters, as [`NearDepth`] says.
+    /// The extremes of linear fractions over `w`: of some rows over the receivers, and of the height from the
+    /// receivers to the casters, as [`NearDepth`] says.
     #[inline(always)]
     fn fractions<const N: usize>(
         &self,

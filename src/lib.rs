@@ -1,8 +1,8 @@
 //! Where should a shadow map spend its texels?
 //!
-//! `shadow-warp` turns a camera, a light and the bounds of a scene into the matrix of a shadow map, and says in closed form
-//! how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no `unsafe`; a map
-//! takes less than a microsecond, and the guard against rounding to `f32` a third of one.
+//! `shadow-warp` turns a camera, a light and the bounds of a scene into the matrix of a shadow map, and says in
+//! closed form how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no
+//! `unsafe`; a map takes less than a microsecond, and the guard against rounding to `f32` a third of one.
 //!
 //! ```
 //! use shadow_warp::glam::{DVec3, Mat4};
@@ -32,18 +32,18 @@
 //! ```
 //!
 //! # One family, one parameter
-//! Put the world in *light space*: `Y` towards the light, `Z` along the view made perpendicular to it, `X` across. Let what
-//! is seen lie between `z0` and `z0 + d` along `Z`, and `t = (z - z0)/d`. Every perspective warp that keeps the light's
-//! direction is then one map with one number, the **excess** `eta >= 0`:
+//! Put the world in *light space*: `Y` towards the light, `Z` along the view made perpendicular to it, `X` across.
+//! Let what is seen lie between `z0` and `z0 + d` along `Z`, and `t = (z - z0)/d`. Every perspective warp that keeps
+//! the light's direction is then one map with one number, the **excess** `eta >= 0`:
 //!
 //! ```text
 //! w = 1 + eta t        x' = x/w        s = (1 + eta) t/w
 //! ```
-//! `eta = 0` *is* the uniform map, focused on what is seen. With the light perpendicular to the view and depths from near
-//! `n` to far `f`, the ratio `1 + eta` is 1 for the uniform map, `f/n` for perspective shadow maps (PSM), and `sqrt(f/n)`, half way
-//! in logarithm, for light-space perspective shadow maps (LiSPSM). So there are three words: a [`Rule`] decides, a [`Warp`]
-//! is what is decided, a [`ShadowMap`] is what is fitted. The papers' `n`, `f` of the warp, its centre of projection and
-//! `(f + n)/(f - n)` are never formed: they are infinite for the uniform map.
+//! `eta = 0` *is* the uniform map, focused on what is seen. With the light perpendicular to the view and depths from
+//! near `n` to far `f`, the ratio `1 + eta` is 1 for the uniform map, `f/n` for perspective shadow maps (PSM), and
+//! `sqrt(f/n)`, half way in logarithm, for light-space perspective shadow maps (LiSPSM). So there are three words: a
+//! [`Rule`] decides, a [`Warp`] is what is decided, a [`ShadowMap`] is what is fitted. The papers' `n`, `f` of the
+//! warp, its centre of projection and `(f + n)/(f - n)` are never formed: they are infinite for the uniform map.
 //!
 //! # The way through
 //! | step | type | what it adds |
@@ -56,11 +56,12 @@
 //! | aliasing | [`aliasing`] | the worst texel, exactly |
 //!
 //! # Conventions
-//! World space is right-handed (in a left-handed one the map is right too, but triangles show their other side). Matrices
-//! are for column vectors; `clip_from_world` takes world to clip space. What a graphics interface wants is a value:
-//! [`ClipSpace::WGPU`], [`ClipSpace::VULKAN`], [`ClipSpace::OPENGL`] and so on, each [`reversed`](ClipSpace::reversed) if need be. Depth
-//! grows away from the light (before reversal). `f64` goes in and comes out; round the finished matrix, once.
-//! Vertices and planes of bodies are relative to a point near by, [`ConvexBody::origin`].
+//! World space is right-handed (in a left-handed one the map is right too, but triangles show their other side).
+//! Matrices are for column vectors; `clip_from_world` takes world to clip space. What a graphics interface wants is a
+//! value: [`ClipSpace::WGPU`], [`ClipSpace::VULKAN`], [`ClipSpace::OPENGL`] and so on, each
+//! [`reversed`](ClipSpace::reversed) if need be. Depth grows away from the light (before reversal). `f64` goes in and
+//! comes out; round the finished matrix, once. Vertices and planes of bodies are relative to a point near by,
+//! [`ConvexBody::origin`].
 //!
 //! # Glossary
 //! | quantity | here | LiSPSM 2004 | Wimmer, Scherzer 2005 | Lloyd 2007 |
@@ -76,9 +77,9 @@
 //! | what is to be covered | [`Body`] | `B` | `B` | |
 //!
 //! # Where the papers err
-//! LiSPSM Eq. 2 has a sign wrong ([`Warp::map_from_body`]); its refinement in Sec. 4.4 fades the warp out more slowly, not
-//! faster. The four published variants disagree as light and view come to be parallel, and each can be worse than no warp
-//! there: [`LightSpaceRule`] has numbers, and [`Fit::worst_texel`] decides.
+//! LiSPSM Eq. 2 has a sign wrong ([`Warp::map_from_body`]); its refinement in Sec. 4.4 fades the warp out more
+//! slowly, not faster. The four published variants disagree as light and view come to be parallel, and each can be
+//! worse than no warp there: [`LightSpaceRule`] has numbers, and [`Fit::worst_texel`] decides.
 //!
 //! # Numbers
 //! Geometry uses `+ - * / sqrt` only, so results are the same to the bit with `std` and with `libm` (the tangent of a
@@ -94,9 +95,9 @@
 //! | `libm` | | the square root from `libm`, for `no_std`; `std` wins where both are on |
 //!
 //! # Sources
-//! M. Wimmer, D. Scherzer, W. Purgathofer: *Light Space Perspective Shadow Maps*, 2004 ("LiSPSM"). M. Wimmer, D. Scherzer:
-//! *Robust Shadow Mapping with Light-Space Perspective Shadow Maps*, in ShaderX4, 2005. M. Stamminger, G. Drettakis: *Perspective
-//! Shadow Maps*, 2002. D. B. Lloyd: *Logarithmic Perspective Shadow Maps*, 2007.
+//! M. Wimmer, D. Scherzer, W. Purgathofer: *Light Space Perspective Shadow Maps*, 2004 ("LiSPSM"). M. Wimmer, D.
+//! Scherzer: *Robust Shadow Mapping with Light-Space Perspective Shadow Maps*, in ShaderX4, 2005. M. Stamminger, G.
+//! Drettakis: *Perspective Shadow Maps*, 2002. D. B. Lloyd: *Logarithmic Perspective Shadow Maps*, 2007.
 #![no_std]
 #[cfg(any(test, feature = "std"))]
 extern crate std;

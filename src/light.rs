@@ -43,8 +43,8 @@ pub struct Point {
 impl Light {
     /// Returns a light at infinity. `to_light` points from the scene *towards* it and need not be unit.
     ///
-    /// Coordinates below 2^-52 of its length count as 0: sines and cosines leave such remnants, and they move a shadow by no more
-    /// than 2^-52 of its caster's height above it.
+    /// Coordinates below 2^-52 of its length count as 0: sines and cosines leave such remnants, and they move a
+    /// shadow by no more than 2^-52 of its caster's height above it.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `to_light` is finite, with a length between 1e-100 and 1e100.
@@ -54,8 +54,8 @@ impl Light {
         Ok(Self::Directional(Directional { to_light }))
     }
 
-    /// Returns a spot light: it shines along `direction` within `outer_angle` (radians, from the axis to the edge of the
-    /// cone), from `near` to `range` along the axis.
+    /// Returns a spot light: it shines along `direction` within `outer_angle` (radians, from the axis to the edge of
+    /// the cone), from `near` to `range` along the axis.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `position` is finite, `direction` a direction, `0 < outer_angle < pi/2`, and

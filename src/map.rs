@@ -43,12 +43,12 @@ impl ShadowMap {
         self.clip_from_world_at(DVec3::ZERO, space)
     }
 
-    /// Returns the matrix from world directions and positions relative to `origin` to clip space: for the eye's position
-    /// as origin, the one to use with camera-relative rendering.
+    /// Returns the matrix from world directions and positions relative to `origin` to clip space: for the eye's
+    /// position as origin, the one to use with camera-relative rendering.
     ///
-    /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates at [`ShadowMap::origin`]; times one plus the distance from
-    /// there over the size of the body elsewhere. (An explicit warp about an eye far from the body adds one rounding of that
-    /// distance, over the size of the body, times eta: it is not known better where the eye is.)
+    /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates at [`ShadowMap::origin`]; times one plus the
+    /// distance from there over the size of the body elsewhere. (An explicit warp about an eye far from the body adds
+    /// one rounding of that distance, over the size of the body, times eta: it is not known better where the eye is.)
     #[must_use]
     pub fn clip_from_world_at(&self, origin: DVec3, space: ClipSpace) -> DMat4 {
         from_rows(space.convert(self.rows_at(origin)))
@@ -101,9 +101,9 @@ impl ShadowMap {
     /// ```text
     /// across the warp: w dx        along the warp: w^2 dz          [LiSPSM, Sec. 4.3, dp/dt and dp/ds without the view's part]
     /// ```
-    /// with `dx`, `dz` the extents where `w = 1`. A map's axis that lies askew to the warp ([`Axes::LightFixed`](crate::Axes))
-    /// has both. The shear, by which a step along the warp also moves a point across it, is left out, as in the papers.
-    /// Infinite where `w <= 0`, which no receiver is, nor a caster of one.
+    /// with `dx`, `dz` the extents where `w = 1`. A map's axis that lies askew to the warp
+    /// ([`Axes::LightFixed`](crate::Axes)) has both. The shear, by which a step along the warp also moves a point
+    /// across it, is left out, as in the papers. Infinite where `w <= 0`, which no receiver is, nor a caster of one.
     #[must_use]
     pub fn texel_extent(&self, point: DVec3) -> [f64; 2] {
         self.texel_extent_at_w(self.w(point))
@@ -129,7 +129,8 @@ impl ShadowMap {
         Ok(self.with_margin(DVec3::new(margin(width), margin(height), 0.0)))
     }
 
-    /// Draws the map in: `|x|` and `|y|` of normalised device coordinates to `1 - margin`, depth to `[margin, 1 - margin]`.
+    /// Draws the map in: `|x|` and `|y|` of normalised device coordinates to `1 - margin`, depth to `[margin, 1 -
+    /// margin]`.
     pub(crate) fn with_margin(&self, margin: DVec3) -> Self {
         let [x, y, z, w] = self.rows;
         let rows = [x * (1.0 - margin.x), y * (1.0 - margin.y), z * (1.0 - 2.0 * margin.z) + w * margin.z, w];

@@ -9,8 +9,8 @@ use crate::math::max;
 
 /// Half an ulp of 1 in `f32`: the relative error of one rounding.
 const U: f64 = 1.0 / (1 << 24) as f64;
-/// The relative error of six roundings: of a position, of a matrix entry, of their product, and of up to three sums that
-/// follow, in any order; a fused multiply-add has one fewer.
+/// The relative error of six roundings: of a position, of a matrix entry, of their product, and of up to three sums
+/// that follow, in any order; a fused multiply-add has one fewer.
 const SIX_ROUNDINGS: f64 = 6.0 * U / (1.0 - 6.0 * U);
 /// Sums of products below this are finite in `f32`.
 const HUGE: f64 = 1e37;
@@ -18,24 +18,27 @@ const HUGE: f64 = 1e37;
 const UNDERFLOW: f64 = f32::MIN_POSITIVE as f64 * 4.0 * U;
 
 impl Fit<'_> {
-    /// Returns how far rounding to `f32` can move a receiver or its casters in the map, at worst: `x` and `y` in texels, `z` in
-    /// depth from 0 to 1. For the matrix [`ShadowMap::clip_from_world_at`] `origin`, rounded to `f32`, times positions relative to
-    /// `origin`, rounded to `f32`, in `f32` arithmetic, with the sums in any order and fused or not.
+    /// Returns how far rounding to `f32` can move a receiver or its casters in the map, at worst: `x` and `y` in
+    /// texels, `z` in depth from 0 to 1. For the matrix [`ShadowMap::clip_from_world_at`] `origin`, rounded to `f32`,
+    /// times positions relative to `origin`, rounded to `f32`, in `f32` arithmetic, with the sums in any order and
+    /// fused or not.
     ///
-    /// Form: each of the four terms `m_j p_j` of a row has at most six roundings, 3 ulp together, so a row is off
-    /// by at most `e = 6u/(1 - 6u) sum |m_j p_j|` with `u = 2^-24`, and a coordinate by `(e_x + e_w)/(w - e_w)` after division
-    /// by `w` (its own rounding, half an ulp, apart). That is a convex function over a concave one, so it is greatest at a
-    /// vertex. Casters stand at most the map's depth range above a receiver. Infinite where `f32` leaves nothing of `w`, and for an
-    /// origin that is not finite.
+    /// Form: each of the four terms `m_j p_j` of a row has at most six roundings, 3 ulp together, so a row is off by
+    /// at most `e = 6u/(1 - 6u) sum |m_j p_j|` with `u = 2^-24`, and a coordinate by `(e_x + e_w)/(w - e_w)` after
+    /// division by `w` (its own rounding, half an ulp, apart). That is a convex function over a concave one, so it is
+    /// greatest at a vertex. Casters stand at most the map's depth range above a receiver. Infinite where `f32`
+    /// leaves nothing of `w`, and for an origin that is not finite.
     #[must_use]
     pub fn rounding(&self, map: &ShadowMap, origin: DVec3) -> DVec3 {
         self.rounding_ndc(map, origin) * half_size(map)
     }
 
-    /// Returns the map drawn in so far that no receiver, nor (with [`NearDepth::Casters`](crate::NearDepth)) a caster above one, can
-    /// leave it by rounding to `f32`: the matrix [`ShadowMap::clip_from_world_at`] `origin` may be rounded to `f32` and multiplied in `f32`, in any order.
+    /// Returns the map drawn in so far that no receiver, nor (with [`NearDepth::Casters`](crate::NearDepth)) a caster
+    /// above one, can leave it by rounding to `f32`: the matrix [`ShadowMap::clip_from_world_at`] `origin` may be
+    /// rounded to `f32` and multiplied in `f32`, in any order.
     ///
-    /// The margin is the bound of [`Fit::rounding`]: for positions relative to the eye or the body some 3 to 30 ulp of `f32`,
+    /// The margin is the bound of [`Fit::rounding`]: for positions relative to the eye or the body some 3 to 30 ulp
+    /// of `f32`,
     /// 0.02 texels of 4096, for a uniform map no deeper than wide; more in proportion to the warp's ratio and the depth.
     /// Apply it last, after [`ShadowMap::with_border`]. It costs about as much as the fit.
     ///
@@ -79,8 +82,8 @@ impl Fit<'_> {
                     let sum = sizes[row].dot(size.extend(1.0)) + above[row] * w;
                     (SIX_ROUNDINGS * sum + underflow[row] + UNDERFLOW * reach) / w
                 });
-                // Depth is compared with 0 and with w, and may have been formed as w - z. The true w is at least (1 - own) w;
-                // if that is nothing, neither is the bound.
+                // Depth is compared with 0 and with w, and may have been formed as w - z. The true w is at least (1 -
+                // own) w; if that is nothing, neither is the bound.
                 if !(w > 0.0 && own < 1.0) {
                     return DVec3::INFINITY;
                 }

@@ -88,8 +88,8 @@ impl View {
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `eye` is finite, `forward` and `up` are directions that differ by more than 1e-14
-    /// radians, `0 < fov_y < pi` with tangents between 5e-13 and 1e6, `aspect` is positive and finite, `1e-100 <= near < far`,
-    /// and `far` is at most 1e100 or infinite.
+    /// radians, `0 < fov_y < pi` with tangents between 5e-13 and 1e6, `aspect` is positive and finite, `1e-100 <=
+    /// near < far`, and `far` is at most 1e100 or infinite.
     pub fn perspective(
         eye: DVec3,
         forward: DVec3,
@@ -146,8 +146,9 @@ impl View {
     /// projection in the conventions of `space`.
     ///
     /// What is lost: the far distance has an absolute error of `far^2/near` roundings of the matrix, so an f32 matrix
-    /// gives 6 % at far/near = 1e6 and treats far/near beyond some 1e15 (f64) as infinite; the eye has an error
-    /// of one rounding of its distance to the origin, so 1 unit for an f32 matrix at 1e7. Use the pieces where you have them.
+    /// gives 6 % at far/near = 1e6 and treats far/near beyond some 1e15 (f64) as infinite; the eye has an error of
+    /// one rounding of its distance to the origin, so 1 unit for an f32 matrix at 1e7. Use the pieces where you have
+    /// them.
     ///
     /// # Errors
     /// [`Error::Invalid`] if `eye_from_world` is not a rigid motion to 1e-4, `clip_from_eye` has other entries
@@ -212,8 +213,8 @@ impl View {
         Ok(if view.right.dot(x) < 0.0 { view.mirrored() } else { view })
     }
 
-    /// Returns the same camera with its right axis turned about, so that a centred camera sees the same volume through a
-    /// mirror. In a left-handed world this is the ordinary camera: `up x forward` is its right.
+    /// Returns the same camera with its right axis turned about, so that a centred camera sees the same volume
+    /// through a mirror. In a left-handed world this is the ordinary camera: `up x forward` is its right.
     #[must_use]
     pub fn mirrored(&self) -> Self {
         Self::from_frame(self.eye, [-self.right, self.up, self.forward], self.lens, self.near, self.far)
@@ -308,8 +309,9 @@ impl View {
         self.reach
     }
 
-    /// Returns the planes of the view volume with outward unit normals, relative to the eye: far where it is finite, left,
-    /// right, top, bottom, near. (Cutting is quickest in this order, and most accurate with the near plane last.)
+    /// Returns the planes of the view volume with outward unit normals, relative to the eye: far where it is finite,
+    /// left, right, top, bottom, near. (Cutting is quickest in this order, and most accurate with the near plane
+    /// last.)
     #[must_use]
     pub fn planes(&self) -> &[Plane] {
         if self.far == f64::INFINITY { &self.planes[1..] } else { &self.planes }

@@ -8,8 +8,8 @@ use crate::error::{Error, require};
 
 /// A perspective warp along light space's z axis that keeps the light direction.
 ///
-/// With `t` from 0 to 1 over the body's extent, and the excess `eta` (the ratio `1 + eta` is the far over the near distance
-/// of the warp's frustum):
+/// With `t` from 0 to 1 over the body's extent, and the excess `eta` (the ratio `1 + eta` is the far over the near
+/// distance of the warp's frustum):
 ///
 /// ```text
 /// w = 1 + eta t        x' = x / w        s = (1 + eta) t / w        s/(1 - s) = (1 + eta) t/(1 - t)
@@ -54,9 +54,10 @@ impl Warp {
     /// ```text
     /// s = 1/2 + (f+n)/(2(f-n)) - f n/(z'(f-n)),   z' = n + t d,  f = n + d        [LiSPSM, Sec. 4.2, Eq. 2]
     /// ```
-    /// Deviations: the paper prints a plus before the last term, which would put `z' = n` at 2.2 and `z' = f` at 1.2 for
-    /// n = 11, f = 110. Form: `(1 + eta) t/(1 + eta t)`, which has no difference of large numbers: the printed one is off by
-    /// 3e-11 at a depth ratio of 1e7 and has no value for the uniform map. Domain: `0 <= t <= 1`; exact at both ends.
+    /// Deviations: the paper prints a plus before the last term, which would put `z' = n` at 2.2 and `z' = f` at 1.2
+    /// for n = 11, f = 110. Form: `(1 + eta) t/(1 + eta t)`, which has no difference of large numbers: the printed
+    /// one is off by 3e-11 at a depth ratio of 1e7 and has no value for the uniform map. Domain: `0 <= t <= 1`; exact
+    /// at both ends.
     #[must_use]
     pub fn map_from_body(&self, t: f64) -> f64 {
         self.ratio() * t / (1.0 + self.excess * t)
@@ -93,8 +94,8 @@ pub enum Rule {
     Uniform,
     /// Light-space perspective shadow map, in one of its published forms.
     LightSpace(LightSpaceRule),
-    /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor for an
-    /// orthographic camera, where any warp makes the map worse.
+    /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor
+    /// for an orthographic camera, where any warp makes the map worse.
     Explicit(Warp),
 }
 

@@ -1,7 +1,7 @@
 //! Matrices and functions against 50 digits.
 //!
-//! The reference takes what a scene has stored, unit vectors and vertices, as exact numbers: the error of a map is what the fit adds
-//! to them. `tests/data/accuracy_inputs.json` holds these numbers, `tests/data/accuracy.py` makes
+//! The reference takes what a scene has stored, unit vectors and vertices, as exact numbers: the error of a map is
+//! what the fit adds to them. `tests/data/accuracy_inputs.json` holds these numbers, `tests/data/accuracy.py` makes
 //! `tests/data/accuracy.json` from them.
 
 #![expect(clippy::unwrap_used, reason = "a table that does not have its fields is a broken test")]
@@ -182,8 +182,8 @@ fn matrices_are_as_accurate_as_they_say() {
         let places = [(map.origin(), "probes", 1.0), (case.scene.view.eye(), "probes_from_eye", distance)];
         for (place, (origin, probes, factor)) in places.into_iter().enumerate() {
             let matrix = map.clip_from_world_at(origin, ClipSpace::WGPU);
-            // The centre of the warp is the eye's place across: it is known to one rounding of the eye's distance. Only an
-            // explicit warp of a body far away is strong enough to show that.
+            // The centre of the warp is the eye's place across: it is known to one rounding of the eye's distance.
+            // Only an explicit warp of a body far away is strong enough to show that.
             let centre = f64::EPSILON * map.warp().excess() * distance;
             let allowed = 1e-13 * map.warp().ratio() * factor + centre;
             for (p, expected) in vectors(&input[probes]).into_iter().zip(vectors(&result[probes])) {

@@ -19,8 +19,9 @@ const ULPS: f64 = 8.0;
 /// of the box. Measured: at most 0.25.
 const VOLUME_ULPS: f64 = 16.0;
 
-/// How much the oracle's body is drawn in for a bound of the support from below, relative to the greatest coordinate. Where
-/// planes are nearly parallel a point has no digits, but half-spaces still have: a body drawn in a little lies inside.
+/// How much the oracle's body is drawn in for a bound of the support from below, relative to the greatest coordinate.
+/// Where planes are nearly parallel a point has no digits, but half-spaces still have: a body drawn in a little lies
+/// inside.
 const SHRINK: f64 = 1e-8;
 
 #[derive(Default)]

@@ -232,8 +232,8 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
     assert!(rays > 100_000 && greatest.0 >= 20);
 }
 
-/// Light that is overhead but for the rounding of its direction: the ray from a receiver at the side of the casters' box
-/// leaves at once, the ray from one beside it at the top.
+/// Light that is overhead but for the rounding of its direction: the ray from a receiver at the side of the casters'
+/// box leaves at once, the ray from one beside it at the top.
 #[test]
 fn light_overhead_but_for_rounding_reaches_the_top() {
     let unit = Bounds::new(DVec3::ZERO, DVec3::ONE).unwrap();

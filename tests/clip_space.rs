@@ -21,7 +21,8 @@ const ALL: [ClipSpace; 9] = [
     ClipSpace::OPENGL.reversed(),
 ];
 
-/// A camera along z sees all of a box; the light stands above it. Right in the picture is -x: the world is right-handed.
+/// A camera along z sees all of a box; the light stands above it. Right in the picture is -x: the world is
+/// right-handed.
 fn scene() -> Scene {
     let seen = box_between(DVec3::new(-2.0, -1.0, 4.0), DVec3::new(2.0, 1.0, 9.0));
     let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 2.0, 1.5, 0.1..100.0).unwrap();
@@ -34,7 +35,8 @@ fn map() -> ShadowMap {
     scene().fit().solve(Rule::Uniform).unwrap()
 }
 
-/// Where the corner of the box that is far, right and low lies in clip space, interface by interface, from their documents.
+/// Where the corner of the box that is far, right and low lies in clip space, interface by interface, from their
+/// documents.
 #[test]
 fn named_points_land_where_the_documents_say() {
     let far_right_low = DVec3::new(-2.0, -1.0, 9.0);
@@ -59,8 +61,8 @@ fn named_points_land_where_the_documents_say() {
     }
 }
 
-/// In texture coordinates the same points lie in the same place of the picture, counted from the texture's first row, and depth is
-/// what the depth buffer holds.
+/// In texture coordinates the same points lie in the same place of the picture, counted from the texture's first row,
+/// and depth is what the depth buffer holds.
 #[test]
 fn texture_coordinates_find_what_was_drawn() {
     for space in ALL {
@@ -88,7 +90,8 @@ fn rasterised_rows_are_read_back() {
         let (clip, texture) = (map().clip_from_world(space), map().texture_from_world_at(DVec3::ZERO, space));
         for point in [DVec3::new(0.5, 0.0, 5.0), DVec3::new(-1.5, 0.25, 8.0)] {
             let ndc = project(clip * point.extend(1.0));
-            // Viewport transforms: Vulkan's y and OpenGL's row number grow with y of the device, the others' against it.
+            // Viewport transforms: Vulkan's y and OpenGL's row number grow with y of the device, the others' against
+            // it.
             let rows_grow_with_y = space.y_down || !space.texture_top_first;
             let row = if rows_grow_with_y { 0.5 + 0.5 * ndc.y } else { 0.5 - 0.5 * ndc.y };
             let read = project(texture * point.extend(1.0));
@@ -114,7 +117,8 @@ fn area(matrix: &DMat4, triangle: [DVec3; 3]) -> f64 {
     DVec2::perp_dot(b - a, c - a)
 }
 
-/// A triangle that faces the light has the winding that it has for an ordinary camera of the same interface at the light.
+/// A triangle that faces the light has the winding that it has for an ordinary camera of the same interface at the
+/// light.
 #[test]
 fn winding_is_that_of_an_ordinary_camera() {
     for case in 0..300 {

@@ -18,8 +18,8 @@ use shadow_warp::{Body, Bounds, ConvexBody, Error, Plane, View};
 const ULPS: f64 = 8.0;
 /// Of the volume, in the same times the area of the box. Measured: at most 1.0.
 const VOLUME_ULPS: f64 = 16.0;
-/// The same after a cut along another one but for a jitter: the oracle's, for three nearly parallel planes meet where no digit
-/// is left. Measured: at most 27.
+/// The same after a cut along another one but for a jitter: the oracle's, for three nearly parallel planes meet where
+/// no digit is left. Measured: at most 27.
 const JITTERED_VOLUME_ULPS: f64 = 256.0;
 /// See the test of what a camera sees.
 const SHRINK: f64 = 1e-8;
@@ -47,7 +47,8 @@ const KINDS: [Kind; 10] = [
     Kind::AlongFaceJitter, Kind::Again, Kind::AgainJitter, Kind::Opposite, Kind::Corner,
 ];
 
-/// Returns a plane of a kind, and whether it has what the kind promises; `None` where the body is too degenerate for it.
+/// Returns a plane of a kind, and whether it has what the kind promises; `None` where the body is too degenerate for
+/// it.
 fn plane_of(kind: Kind, rng: &mut Rng, body: &Roomy, last: Option<Plane>, size: f64) -> Option<(Plane, bool)> {
     let points = body.vertices();
     let through = |normal: DVec3, p: DVec3| Plane::new(normal, p).ok();
@@ -182,8 +183,8 @@ fn sequences_of_cuts_stay_closed_and_exact() {
     assert!(greatest.0 >= 24);
 }
 
-/// A face of many corners, and planes that differ from it by less than their rounding: its corners' signs are noise, and
-/// the kept and removed ones do not hang together by themselves.
+/// A face of many corners, and planes that differ from it by less than their rounding: its corners' signs are noise,
+/// and the kept and removed ones do not hang together by themselves.
 #[test]
 fn a_cut_by_noise_stays_closed() {
     let (mut cut, mut unchanged) = (0, 0);
@@ -216,8 +217,8 @@ fn a_cut_by_noise_stays_closed() {
     assert!(cut > 100 && unchanged > 10, "{cut} cuts, {unchanged} without effect");
 }
 
-/// A flat body, and planes square to it through two of its corners: of each corner's copies rounding removes one and keeps the
-/// other, apart from what really lies beyond. The greater part must go, not the noise.
+/// A flat body, and planes square to it through two of its corners: of each corner's copies rounding removes one and
+/// keeps the other, apart from what really lies beyond. The greater part must go, not the noise.
 #[test]
 fn a_flat_body_is_cut_through_its_corners() {
     let (mut cut, mut worst) = (0, 0.0_f64);

@@ -126,8 +126,8 @@ fn round_trip() {
     assert!(orthographic > 800);
 }
 
-/// What a matrix of f32 loses is as stated: some 6 % of a far distance of 1e6 times the near one, and of the eye one rounding of
-/// its distance to the origin.
+/// What a matrix of f32 loses is as stated: some 6 % of a far distance of 1e6 times the near one, and of the eye one
+/// rounding of its distance to the origin.
 #[test]
 fn rounded_matrices_lose_what_is_stated() {
     let (mut far_lost, mut eye_lost) = (0.0_f64, 0.0_f64);

@@ -138,7 +138,8 @@ fn infinite_far_plane() {
     }
 }
 
-/// At 1e7 from the origin the map relative to the eye is the same to the last digits: nothing is formed in world coordinates.
+/// At 1e7 from the origin the map relative to the eye is the same to the last digits: nothing is formed in world
+/// coordinates.
 #[test]
 fn world_coordinates_of_1e7() {
     let shift = DVec3::new(1e7, -2e7, 3e7);
@@ -182,7 +183,8 @@ fn bodies_of_1e_6_and_1e12() {
     }
 }
 
-/// A floor, a pole and a point: inside the map, with room to spare where they have no extent, and nothing divided by it.
+/// A floor, a pole and a point: inside the map, with room to spare where they have no extent, and nothing divided by
+/// it.
 #[test]
 fn flat_line_and_point_boxes() {
     let centre = DVec3::new(9.0, 4.0, 6.0);
@@ -321,8 +323,8 @@ fn mirrored_cameras() {
     assert!(before.abs_diff_eq(matrix(&solve(&scene, Rule::LISPSM), EYE), 1e-14));
 }
 
-/// A box much larger than the view, as of one who does not know the scene's bounds: the receivers are the view volume, to its
-/// own digits.
+/// A box much larger than the view, as of one who does not know the scene's bounds: the receivers are the view
+/// volume, to its own digits.
 #[test]
 fn boxes_that_hold_everything() {
     let scene = |size: f64| {

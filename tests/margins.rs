@@ -19,8 +19,8 @@ fn orders() -> Vec<[usize; 4]> {
     all.filter(|o| (0..4).all(|term| o.contains(&term))).collect()
 }
 
-/// The least and greatest that f32 can make of a row times a point: all orders of the sums, in a chain or in pairs, each fused
-/// and not. The last term is the constant's, which has no product.
+/// The least and greatest that f32 can make of a row times a point: all orders of the sums, in a chain or in pairs,
+/// each fused and not. The last term is the constant's, which has no product.
 fn any_order(row: Vec4, p: Vec3, orders: &[[usize; 4]]) -> [f64; 2] {
     let (m, p) = (row.to_array(), [p.x, p.y, p.z, 1.0]);
     let product = |i: usize| m[i] * p[i];
@@ -86,7 +86,8 @@ fn guarded_maps_keep_everything_inside_in_f32() {
                     largest = largest.max(check(q, true) / bound);
                 }
                 for q in scene.caster_points(origin) {
-                    // The vertices of the casters are themselves rounded, sideways by more than f32 where the body is thin.
+                    // The vertices of the casters are themselves rounded, sideways by more than f32 where the body is
+                    // thin.
                     if product_rounding(&exact, q + origin - exact.origin()) < 1e-9 {
                         check(q, false);
                     }
@@ -134,8 +135,9 @@ fn plain(random: &mut Random) -> Scene {
     Scene::new(view, random.direction(), &[all], all)
 }
 
-/// Relative to the eye the margin is some ulp of f32: 40 at most for a uniform map no deeper than wide. It grows with the
-/// warp's ratio, and with the depth of the map, as casters that stand high above the receivers are subject to rounding too.
+/// Relative to the eye the margin is some ulp of f32: 40 at most for a uniform map no deeper than wide. It grows with
+/// the warp's ratio, and with the depth of the map, as casters that stand high above the receivers are subject to
+/// rounding too.
 #[test]
 fn margins_are_small() {
     let (mut uniform, mut share, mut used) = (DVec3::ZERO, 0.0_f64, 0);

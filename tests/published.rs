@@ -1,6 +1,7 @@
 //! Values of the papers' formulas, with their misprints mended, against the public functions.
 //!
-//! `tests/data/values.json` holds exact inputs and the nearest f64 to a result with 50 digits. Every row has a check here.
+//! `tests/data/values.json` holds exact inputs and the nearest f64 to a result with 50 digits. Every row has a check
+//! here.
 
 #![expect(clippy::unwrap_used, reason = "a row that does not have its fields is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]

@@ -1,5 +1,5 @@
-//! A thousand realistic jobs: cameras in and around a box of 400 x 50 x 400, near 0.1 to 1, far 70 to 10,000 or infinite,
-//! field of view 30 to 100 degrees, and the sun anywhere above the horizon.
+//! A thousand realistic jobs: cameras in and around a box of 400 x 50 x 400, near 0.1 to 1, far 70 to 10,000 or
+//! infinite, field of view 30 to 100 degrees, and the sun anywhere above the horizon.
 
 use shadow_warp::glam::{DVec3, dvec3};
 use shadow_warp::{Body, Bounds, Error, Light, View};

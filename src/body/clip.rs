@@ -13,8 +13,8 @@ const NEW: usize = 1 << 15;
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Cuts away what lies beyond a plane, given relative to [`ConvexBody::origin`]. Points on the plane are inside.
     ///
-    /// The result is closed and convex, or empty; a body that only touches the plane from outside is left flat.
-    /// A new vertex lies on its edge, at the point that divides the distances of its ends: `a/(a + b)` from the one that is
+    /// The result is closed and convex, or empty; a body that only touches the plane from outside is left flat. A new
+    /// vertex lies on its edge, at the point that divides the distances of its ends: `a/(a + b)` from the one that is
     /// nearer to the plane, with both distances positive, so nothing cancels.
     ///
     /// # Errors
@@ -67,8 +67,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         (6..F).find(|f| used & 1 << f == 0).ok_or(Error::BodyFull)
     }
 
-    /// Cuts along the edges between kept and removed vertices, if they form a single cycle that crosses no face twice, and
-    /// there is room for a new vertex on each. Otherwise leaves the body as it is, and says so.
+    /// Cuts along the edges between kept and removed vertices, if they form a single cycle that crosses no face
+    /// twice, and there is room for a new vertex on each. Otherwise leaves the body as it is, and says so.
     #[inline(always)]
     fn try_cut(&mut self, scratch: &mut Scratch<V>, removed_len: usize, new_face: usize) -> bool {
         let Scratch { beyond, removed, cut } = scratch;
@@ -95,8 +95,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             }
         }
 
-        // From each cut edge follow the face to its right, along the kept side, to the cut edge where that face ends; and on
-        // from there, until the cycle closes.
+        // From each cut edge follow the face to its right, along the kept side, to the cut edge where that face ends;
+        // and on from there, until the cycle closes.
         let (mut i, mut crossed, mut twice, mut steps) = (0, 0_u64, false, 0);
         loop {
             let mut half = usize::from(cut[i].start);
@@ -118,8 +118,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             return self.undo(removed);
         }
 
-        // The half-edges of a new vertex, counter-clockwise: back to the kept end, on to the next new vertex, and to the one
-        // before. The new face is on the left of those in the middle.
+        // The half-edges of a new vertex, counter-clockwise: back to the kept end, on to the next new vertex, and to
+        // the one before. The new face is on the left of those in the middle.
         for edge in &cut[..len] {
             let (here, there) = (usize::from(edge.slot), usize::from(cut[usize::from(edge.next)].slot));
             let half = usize::from(edge.half);
@@ -174,8 +174,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         }
     }
 
-    /// Mends signs that rounding has spoiled: keeps what hangs together with the deepest vertex, and of the rest removes
-    /// only what hangs together with the outermost one. Returns how many vertices are removed.
+    /// Mends signs that rounding has spoiled: keeps what hangs together with the deepest vertex, and of the rest
+    /// removes only what hangs together with the outermost one. Returns how many vertices are removed.
     #[cold]
     fn mend(&self, scratch: &mut Scratch<V>) -> usize {
         let Scratch { beyond, removed, .. } = scratch;

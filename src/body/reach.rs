@@ -7,9 +7,9 @@ use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
 
-/// Looks for the greatest `height(c)/w(c)` over all casters `c` of a body, for affine functions given as rows: `height` grows by
-/// one per unit towards the light, `w` is constant in that direction and positive on the body. Positions are relative to the
-/// origin of these rows, from where that of the body is at `shift`.
+/// Looks for the greatest `height(c)/w(c)` over all casters `c` of a body, for affine functions given as rows:
+/// `height` grows by one per unit towards the light, `w` is constant in that direction and positive on the body.
+/// Positions are relative to the origin of these rows, from where that of the body is at `shift`.
 ///
 /// Above a receiver `q` the casters end where the ray to the light leaves the casters' box, at the first of at
 /// most three planes. So the answer is the maximum over the body of the least of three linear fractions. For each plane
@@ -34,7 +34,8 @@ pub(crate) struct Reach<const V: usize = 20> {
 /// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
 const NEVER: f64 = 1e150;
 
-/// A body cut by the sweep of a box: 6 faces, of which at most 3 are hidden from the light, and at most 6 edges between.
+/// A body cut by the sweep of a box: 6 faces, of which at most 3 are hidden from the light, and at most 6 edges
+/// between.
 type ShadedBody = ConvexBody<38, 21>;
 
 impl<const V: usize> Reach<V> {
@@ -85,8 +86,8 @@ impl<const V: usize> Reach<V> {
 
     fn beyond_vertices<const F: usize>(&self, body: &ConvexBody<V, F>) -> f64 {
         let mut best = self.best;
-        // On an edge, each fraction is between its values at the ends: all three must be better than the best so far at one
-        // of the ends.
+        // On an edge, each fraction is between its values at the ends: all three must be better than the best so far
+        // at one of the ends.
         let mut better = [0_u8; V];
         for (better, fractions) in better.iter_mut().zip(&self.fractions[..body.len]) {
             let better_by = |axis: usize| u8::from(fractions[axis] > best) << axis;

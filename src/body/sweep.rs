@@ -18,7 +18,8 @@ use crate::scene::Bounds;
 /// no plane but these 30 cuts the box, which leaves at most 36 faces and 68 vertices.
 pub type CasterBody = ConvexBody<68, 36>;
 
-/// The planes of two faces that meet at a sharper angle than this, in radians, leave fewer than 10 good digits to one between.
+/// The planes of two faces that meet at a sharper angle than this, in radians, leave fewer than 10 good digits to one
+/// between.
 const BLADE: f64 = 1e-6;
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
@@ -26,9 +27,9 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     ///
     /// A face that looks against the direction bounds the sweep too. An edge between a face that looks along the
     /// direction, `n1 . d > 0`, and one that does not, `n2 . d <= 0`, gives the plane `(n1.d) n2 - (n2.d) n1`: it
-    /// passes through the edge, along the direction. Where two faces meet like a blade this cancels, and the edge itself gives
-    /// the normal. Either way the plane is then made to be along the direction and moved to touch the body, so that it
-    /// contains the sweep whatever rounding has done to the normal.
+    /// passes through the edge, along the direction. Where two faces meet like a blade this cancels, and the edge
+    /// itself gives the normal. Either way the plane is then made to be along the direction and moved to touch the
+    /// body, so that it contains the sweep whatever rounding has done to the normal.
     pub(super) fn sweep_planes(&self, direction: DVec3) -> impl Iterator<Item = Plane> {
         let back = self.faces().map(|face| face.plane()).filter(move |plane| plane.normal().dot(direction) <= 0.0);
         let sides = self.halves().filter_map(move |half| {
@@ -67,8 +68,9 @@ impl Body {
     /// Returns all that can cast a shadow on this body: what lies between it and the light, in the casters' box.
     /// Exact; a few times the cost of a fit, which does not need it: for culling and drawing.
     ///
-    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the body turns no area to the
-    /// light, so that no shadow on it can be seen, or its sweep only touches the box, the result may be flat or empty.
+    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the body turns no area
+    /// to the light, so that no shadow on it can be seen, or its sweep only touches the box, the result may be flat
+    /// or empty.
     ///
     /// ```
     /// # use shadow_warp::{Body, Bounds, Light, View, glam::{DVec3, dvec3}};

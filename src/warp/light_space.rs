@@ -16,15 +16,17 @@ use crate::math::sqrt;
 /// | [`Depth`](Self::Depth) | 9.90 | 14.63 | 37.86 | 193.7 | 614.9 | 1322 |
 /// | uniform | 99.0 | 132.7 | 200.0 | 317.3 | 654.9 | 1320 |
 ///
-/// That is the axis. None of these rules looks at the rest of the body, and off the axis each can be worse than the uniform map,
-/// mostly where light and view are within 30 degrees of parallel. [`Fit::worst_texel`](crate::Fit::worst_texel) tells which map
-/// is the better one for the scene at hand, exactly and for less than the cost of a fit.
+/// That is the axis. None of these rules looks at the rest of the body, and off the axis each can be worse than the
+/// uniform map, mostly where light and view are within 30 degrees of parallel.
+/// [`Fit::worst_texel`](crate::Fit::worst_texel) tells which map is the better one for the scene at hand, exactly and
+/// for less than the cost of a fit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum LightSpaceRule {
-    /// `n = (z_n + sqrt(z_n (z_n + d sin gamma)))/sin gamma`: the paper with its refinement, far replaced by near plus the
-    /// body's extent. Strongest near parallel: it fades only at `sin gamma` of `z_n/d`.
+    /// `n = (z_n + sqrt(z_n (z_n + d sin gamma)))/sin gamma`: the paper with its refinement, far replaced by near
+    /// plus the body's extent. Strongest near parallel: it fades only at `sin gamma` of `z_n/d`.
     ///
-    /// Source: LiSPSM, Sec. 4.4. The paper says that this "converges faster" to the uniform map; it converges more slowly.
+    /// Source: LiSPSM, Sec. 4.4. The paper says that this "converges faster" to the uniform map; it converges more
+    /// slowly.
     Extent,
     /// As [`Extent`](Self::Extent) with `z_n/sin gamma` in place of `z_n`: the authors' sample code. Off below
     /// `sin gamma` of `sqrt(z_n/d)`, and the only one in the table above that is never worse than uniform. The default.
@@ -43,8 +45,8 @@ pub enum LightSpaceRule {
 /// What the rules look at: the body's depths from the eye, and its extent in light space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slab {
-    /// The least depth of the receivers' body along the view direction, in world units: `z_n`. The papers take the camera's
-    /// near distance, which is the same where the body begins there.
+    /// The least depth of the receivers' body along the view direction, in world units: `z_n`. The papers take the
+    /// camera's near distance, which is the same where the body begins there.
     pub near: f64,
     /// The greatest depth of the receivers' body: `z_f`. Finite for an infinite far plane too.
     pub far: f64,

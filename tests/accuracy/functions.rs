@@ -6,8 +6,8 @@ use serde_json::{Value, json};
 use shadow_warp::glam::DVec3;
 use shadow_warp::{Light, LightSpace, LightSpaceRule, Slab, Warp};
 
-/// How many ulp each function may be off. A function that gets worse fails, and so does an entry above 1 that is more than twice
-/// what was measured: then lower it.
+/// How many ulp each function may be off. A function that gets worse fails, and so does an entry above 1 that is more
+/// than twice what was measured: then lower it.
 const ALLOWED: [(&str, f64); 12] = [
     ("map_from_body", 3.0),
     ("body_from_map", 1.5),

@@ -231,7 +231,8 @@ fn pieces(rng: &mut Rng, class: Class, low: DVec3, high: DVec3) -> Pieces {
     let wide = |tangent: f64| Lens::Perspective(Sides::centred(2.0 * tangent, 2.0 * tangent));
     match class {
         Class::PlaneThroughVertex | Class::PlaneThroughEdge => {
-            // Sides through the pictures of two corners. Square to the box, the corners' edges lie in the sides' planes too.
+            // Sides through the pictures of two corners. Square to the box, the corners' edges lie in the sides'
+            // planes too.
             let square = class == Class::PlaneThroughEdge;
             pieces.forward = if square { rng.axis() } else { rng.direction() };
             pieces.up = upright(pieces.forward);
@@ -303,8 +304,8 @@ fn pieces(rng: &mut Rng, class: Class, low: DVec3, high: DVec3) -> Pieces {
     pieces
 }
 
-/// An orthographic camera square to the box: its volume is a box with faces in the planes of the other one's, tilted and
-/// moved by a jitter, or one that it touches in a face, an edge or a vertex.
+/// An orthographic camera square to the box: its volume is a box with faces in the planes of the other one's, tilted
+/// and moved by a jitter, or one that it touches in a face, an edge or a vertex.
 fn boxed_volume(rng: &mut Rng, class: Class, low: DVec3, high: DVec3, pieces: &mut Pieces) {
     let size = (high - low).max_element();
     let touching = match class {

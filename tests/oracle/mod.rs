@@ -95,8 +95,8 @@ impl HalfSpaces {
         self.planes.iter().map(|(normal, offset)| normal.dot(p) - offset).fold(f64::NEG_INFINITY, f64::max)
     }
 
-    /// The points where three planes meet that are beyond no plane by more than the tolerance. However badly three planes
-    /// meet, a point that passes is a point of the body to that tolerance: it is tested, not trusted.
+    /// The points where three planes meet that are beyond no plane by more than the tolerance. However badly three
+    /// planes meet, a point that passes is a point of the body to that tolerance: it is tested, not trusted.
     pub(crate) fn vertices(&self, tolerance: f64) -> Vec<DVec3> {
         self.meetings().into_iter().map(|(p, _)| p).filter(|p| self.beyond_planes(*p) <= tolerance).collect()
     }
@@ -178,8 +178,9 @@ pub(crate) struct Deviation {
     pub(crate) off_plane: f64,
     /// Of a vertex beyond a face's plane.
     pub(crate) beyond: f64,
-    /// Of a face's turn the wrong way: the height of its corner over the longer of the two edges there, times the sine of
-    /// the angle between the faces that meet in this edge. (Faces in one plane may share it as rounding likes.)
+    /// Of a face's turn the wrong way: the height of its corner over the longer of the two edges there, times the
+    /// sine of the angle between the faces that meet in this edge. (Faces in one plane may share it as rounding
+    /// likes.)
     pub(crate) reflex: f64,
 }
 

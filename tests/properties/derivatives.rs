@@ -146,7 +146,8 @@ fn worst_texel_bounds_every_sample() {
     }
 }
 
-/// How much the rounding of a world position changes the aliasing there, relative: through `w^2`, and through the depth.
+/// How much the rounding of a world position changes the aliasing there, relative: through `w^2`, and through the
+/// depth.
 pub(crate) fn world_rounding(map: &ShadowMap, scene: &Scene, p: DVec3) -> f64 {
     let size = (p.abs() + map.origin().abs() + scene.view.eye().abs()).element_sum();
     let row = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(3);

@@ -162,8 +162,8 @@ fn halves_are_the_whole() {
     assert!(used > 2000, "{used}");
 }
 
-/// With axes of the light alone, no entry of the matrix jumps as the view turns through the light's direction, nor through
-/// its opposite.
+/// With axes of the light alone, no entry of the matrix jumps as the view turns through the light's direction, nor
+/// through its opposite.
 #[test]
 fn fixed_axes_are_continuous_through_parallel() {
     let mut least_change = f64::INFINITY;

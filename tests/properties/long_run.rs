@@ -10,8 +10,8 @@ use shadow_warp::aliasing::pixels_per_texel;
 use shadow_warp::glam::{DVec3, DVec4};
 use shadow_warp::{Axes, Bounds, ClipSpace, Error, NearDepth, Sides, View};
 
-/// How far the body of the casters may reach beyond the map's sides: it leaves out planes between faces that meet at less than
-/// 1e-6 radians, and may then stick out further, in few scenes.
+/// How far the body of the casters may reach beyond the map's sides: it leaves out planes between faces that meet at
+/// less than 1e-6 radians, and may then stick out further, in few scenes.
 const SWEPT: f64 = 1e-5;
 const SCENES: u64 = 20_000;
 

@@ -193,8 +193,8 @@ pub(crate) fn view(random: &mut Random, world: f64, near: f64, far: f64, tangent
     View::perspective_off_centre(eye, forward, up, sides, near..far).unwrap()
 }
 
-/// A visible scene: world up to 1e3, far/near up to 1e7, angles between light and view down to 1e-9 and exactly 0 and pi,
-/// one or two boxes, some of them flat, casters that hold the receivers or miss a part of them.
+/// A visible scene: world up to 1e3, far/near up to 1e7, angles between light and view down to 1e-9 and exactly 0 and
+/// pi, one or two boxes, some of them flat, casters that hold the receivers or miss a part of them.
 pub(crate) fn moderate(case: u64) -> (Scene, Kind) {
     let mut random = Random::new(case);
     let r = &mut random;

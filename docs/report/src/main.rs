@@ -22,7 +22,8 @@ use scene::Scene;
 
 /// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
 ///
-/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper; it stands below as an example.
+/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper; it stands below as an
+/// example.
 #[derive(Parser)]
 #[command(name = "report", version, after_help = EMBEDDED)]
 struct Cli {
