@@ -138,8 +138,7 @@ fn infinite_far_plane() {
     }
 }
 
-/// At 1e7 from the origin the map relative to the eye is the same to the last digits: nothing is formed in world
-/// coordinates.
+/// At 1e7 from the origin the map relative to the eye is the same to the last digits.
 #[test]
 fn world_coordinates_of_1e7() {
     let shift = DVec3::new(1e7, -2e7, 3e7);
@@ -183,8 +182,7 @@ fn bodies_of_1e_6_and_1e12() {
     }
 }
 
-/// A floor, a pole and a point: inside the map, with room to spare where they have no extent, and nothing divided by
-/// it.
+/// A floor, a pole and a point have a map, which contains them.
 #[test]
 fn flat_line_and_point_boxes() {
     let centre = DVec3::new(9.0, 4.0, 6.0);
