@@ -124,18 +124,23 @@ fn points_behind_the_warp() {
     assert!(aliasing::pixels_per_texel(&map, &view, fit.viewport, behind).is_infinite());
 }
 
-/// A wall, a pole and a speck have a body as casters wherever they stand above a receiver.
+/// A wall, a pole and a speck have a body as casters wherever they stand above a receiver, its border included.
 #[test]
 fn casters_without_thickness_have_a_body() {
     let view = camera(0.5..100.0);
+    let to_light = dvec3(0.3, 1.0, -0.2);
     let receivers = Body::visible(&view, &box_between(dvec3(-10.0, -3.0, 1.0), dvec3(10.0, 0.0, 40.0)));
-    let light = sun(dvec3(0.3, 1.0, -0.2));
-    let inside = receivers.vertices().iter().sum::<DVec3>() / receivers.vertices().len() as f64 + receivers.origin();
-    for height in [7.0, 12.3, 50.1] {
-        let at = inside + height * dvec3(0.3, 1.0, -0.2);
+    let middle = receivers.vertices().iter().sum::<DVec3>() / receivers.vertices().len() as f64;
+    // Places all over the body, and heights, by steps that never repeat.
+    for step in 0..2000 {
+        let part = |ratio: f64| (f64::from(step) * ratio).fract();
+        let towards = receivers.vertices()[step as usize % receivers.vertices().len()] - middle;
+        // Every other one above the border.
+        let inside = if step % 2 == 0 { part(0.618_033_988_749_895) } else { 1.0 };
+        let at = receivers.origin() + middle + towards * inside + to_light * (5.0 + 50.0 * part(0.414_213_562_373_095));
         for half in [DVec3::ZERO, DVec3::Y, DVec3::X, dvec3(0.7, 0.3, 0.0)] {
             let bounds = box_between(at - half, at + half);
-            assert!(!receivers.casters(&light, &bounds).unwrap().is_empty(), "{height} {half}");
+            assert!(!receivers.casters(&sun(to_light), &bounds).unwrap().is_empty(), "{step} {half}");
         }
     }
 }
