@@ -93,6 +93,7 @@
 //! |---|---|---|
 //! | `std` | yes | the square root from `std` |
 //! | `libm` | | the square root from `libm`, for `no_std`; `std` wins where both are on |
+//! | `serde`, `bytemuck`, `mint` | | glam's features of these names, for its vectors and matrices |
 //!
 //! # Sources
 //! M. Wimmer, D. Scherzer, W. Purgathofer: *Light Space Perspective Shadow Maps*, 2004 ("LiSPSM"). M. Wimmer, D.

@@ -11,6 +11,9 @@ cargo test --locked --workspace
 echo "== the same library with libm in place of std"
 cargo test --locked --package shadow-warp --no-default-features --features libm
 
+echo "== with every feature"
+cargo check --locked --package shadow-warp --all-features
+
 echo "== a program without std links and runs"
 cargo run --locked --quiet --manifest-path tests/no_std/Cargo.toml
 cargo run --locked --quiet --manifest-path tests/no_std/Cargo.toml --release
