@@ -135,6 +135,9 @@ impl<'a> Fit<'a> {
     /// middle of the receivers' extent, which makes the depth slopes that the warp adds equal and opposite at the two
     /// ends.
     ///
+    /// Where the body is so short along the warp, against its distance, that `f64` cannot carry the rule's excess, the
+    /// map has a smaller one: [`ShadowMap::warp`] tells.
+    ///
     /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates, for positions relative to [`ShadowMap::origin`];
     /// for a body whose extents across, along and towards the light differ by more than 1000, more in proportion.
     ///

@@ -99,7 +99,7 @@ impl ShadowMap {
     /// Returns the world extent of a texel along each of the map's axes at a point in world space, in world units.
     ///
     /// ```text
-    /// across the warp: w dx        along the warp: w^2 dz          [LiSPSM, Sec. 4.3, dp/dt and dp/ds without the view's part]
+    /// across the warp: w dx        along the warp: w^2 dz        [LiSPSM, Sec. 4.3, without the view's part]
     /// ```
     /// with `dx`, `dz` the extents where `w = 1`. A map's axis that lies askew to the warp
     /// ([`Axes::LightFixed`](crate::Axes)) has both. The shear, by which a step along the warp also moves a point
@@ -129,8 +129,8 @@ impl ShadowMap {
         Ok(self.with_margin(DVec3::new(margin(width), margin(height), 0.0)))
     }
 
-    /// Draws the map in: `|x|` and `|y|` of normalised device coordinates to `1 - margin`, depth to `[margin, 1 -
-    /// margin]`.
+    /// Draws the map in: `|x|` and `|y|` of normalised device coordinates to `1 - margin`, depth to between `margin`
+    /// and `1 - margin`.
     pub(crate) fn with_margin(&self, margin: DVec3) -> Self {
         let [x, y, z, w] = self.rows;
         let rows = [x * (1.0 - margin.x), y * (1.0 - margin.y), z * (1.0 - 2.0 * margin.z) + w * margin.z, w];

@@ -38,9 +38,8 @@ impl Fit<'_> {
     /// rounded to `f32` and multiplied in `f32`, in any order.
     ///
     /// The margin is the bound of [`Fit::rounding`]: for positions relative to the eye or the body some 3 to 30 ulp
-    /// of `f32`,
-    /// 0.02 texels of 4096, for a uniform map no deeper than wide; more in proportion to the warp's ratio and the depth.
-    /// Apply it last, after [`ShadowMap::with_border`]. It costs about as much as the fit.
+    /// of `f32` for a uniform map no deeper than wide, and more in proportion to the warp's ratio and the depth. Apply
+    /// it last, after [`ShadowMap::with_border`]. It costs about as much as the fit.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `origin` is finite, with coordinates of at most 1e100.
@@ -82,8 +81,8 @@ impl Fit<'_> {
                     let sum = sizes[row].dot(size.extend(1.0)) + above[row] * w;
                     (SIX_ROUNDINGS * sum + underflow[row] + UNDERFLOW * reach) / w
                 });
-                // Depth is compared with 0 and with w, and may have been formed as w - z. The true w is at least (1 -
-                // own) w; if that is nothing, neither is the bound.
+                // Depth is compared with 0 and with w, and may have been formed as w - z. The w in f32 is at least
+                // (1 - own) w; if that is nothing, neither is the bound.
                 if !(w > 0.0 && own < 1.0) {
                     return DVec3::INFINITY;
                 }

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Runs all tests. Needs cargo (Rust 1.88 or newer; the library itself needs 1.85) and a C linker; nothing else.
+# Runs all tests. Needs cargo (Rust 1.88 or newer; the library itself needs 1.85) a C linker, and the network for the first
+# build.
 # Ends with 0 only if everything ran and passed.
 set -euo pipefail
 cd "$(dirname "$0")/.."

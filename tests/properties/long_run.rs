@@ -10,8 +10,8 @@ use shadow_warp::aliasing::pixels_per_texel;
 use shadow_warp::glam::{DVec3, DVec4};
 use shadow_warp::{Axes, Bounds, ClipSpace, Error, NearDepth, Sides, View};
 
-/// How far the body of the casters may reach beyond the map's sides: it leaves out planes between faces that meet at
-/// less than 1e-6 radians, and may then stick out further, in few scenes.
+/// How far the body of the casters may reach beyond the map's sides where the receivers are slivers to the light: the
+/// planes along their edges have lost digits then. In few scenes it sticks out further.
 const SWEPT: f64 = 1e-5;
 const SCENES: u64 = 20_000;
 
@@ -171,7 +171,7 @@ fn any_scene_has_a_sound_map() {
                     if aside > SWEPT * map.warp().ratio() {
                         seen.beside += 1;
                     } else {
-                        casters_inside.note(-p.z, 100.0 * (allowed + rounding + aside), (case, rule, scene.axes));
+                        casters_inside.note(-p.z, 50.0 * (allowed + rounding + aside), (case, rule, scene.axes));
                     }
                     seen.casters += 1;
                 } else {
@@ -190,7 +190,7 @@ fn any_scene_has_a_sound_map() {
             }
         }
     }
-    assert!(seen.beside * 1000 <= seen.casters && seen.hopeless * 50 <= seen.casters, "{seen:?}");
+    assert!(seen.beside * 10_000 <= seen.casters && seen.hopeless * 50 <= seen.casters, "{seen:?}");
     println!("{cases} scenes: {seen:?}");
     if cases >= SCENES {
         let Seen { flat, lines, points, infinite, orthographic, off_centre, .. } = seen;
