@@ -1,12 +1,10 @@
 //! Says how good each shadow-map technique is for a camera, a light and the bounds of a scene: a table on standard
 //! output, and a page with pictures.
 
-mod gltf_scene;
 mod measure;
 mod page;
 mod picture;
 mod plot;
-mod scene;
 mod table;
 
 use std::io::{ErrorKind, Read, Write};
@@ -18,7 +16,7 @@ use clap::Parser;
 use clap::error::ErrorKind as Usage;
 
 use measure::Report;
-use scene::Scene;
+use scenes::{GltfScene, Scene};
 
 /// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
 ///
@@ -100,8 +98,8 @@ fn run(cli: &Cli) -> Result<()> {
 fn read(cli: &Cli) -> Result<(String, Scene, Vec<String>)> {
     if let Some(path) = &cli.gltf {
         let name = path.display().to_string();
-        let (scene, notes) = gltf_scene::read(path).with_context(|| name.clone())?;
-        return Ok((name, scene, notes));
+        let file = GltfScene::read(path).with_context(|| name.clone())?;
+        return Ok((name, file.scene, file.notes));
     }
     let (name, text) = match &cli.scene {
         None => ("paper".to_owned(), EMBEDDED.to_owned()),

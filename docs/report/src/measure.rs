@@ -6,60 +6,9 @@ use std::time::Instant;
 use anyhow::{Result, anyhow};
 use serde::Serialize;
 use shadow_warp::glam::{DVec2, DVec3, DVec4};
-use shadow_warp::{Axes, Body, ClipSpace, Error, Fit, LightSpaceRule, Rule, ShadowMap, aliasing};
+use shadow_warp::{Body, ClipSpace, Error, Fit, ShadowMap, aliasing};
 
-use crate::scene::{Job, Scene};
-
-/// A way to make a shadow map.
-pub(crate) struct Technique {
-    pub(crate) name: &'static str,
-    pub(crate) what: &'static str,
-    rule: Rule,
-    axes: Axes,
-}
-
-impl Technique {
-    const fn light_space(name: &'static str, what: &'static str, rule: LightSpaceRule) -> Self {
-        Self { name, what, rule: Rule::LightSpace(rule), axes: Axes::View }
-    }
-}
-
-/// All techniques, in the order of the table. The page shows whatever is in this list.
-pub(crate) const TECHNIQUES: &[Technique] = &[
-    Technique {
-        name: "uniform",
-        what: "No warp: the plain map, focused on what is seen.",
-        rule: Rule::Uniform,
-        axes: Axes::View,
-    },
-    Technique {
-        name: "lispsm",
-        what: "Light-space perspective shadow map, the form of its authors' sample code: the default.",
-        rule: Rule::LISPSM,
-        axes: Axes::View,
-    },
-    Technique::light_space(
-        "lispsm-extent",
-        "The paper's rule with its refinement: far is near plus the body's extent along the warp.",
-        LightSpaceRule::Extent,
-    ),
-    Technique::light_space(
-        "lispsm-view-depth",
-        "The paper's rule without its refinement: near and far are the body's depths in the view.",
-        LightSpaceRule::ViewDepth,
-    ),
-    Technique::light_space(
-        "lispsm-depth",
-        "The rule of Wimmer and Scherzer (2005), taken literally.",
-        LightSpaceRule::Depth,
-    ),
-    Technique {
-        name: "lispsm-fixed-axes",
-        what: "The default rule on a texel grid that does not turn with the camera.",
-        rule: Rule::LISPSM,
-        axes: Axes::LightFixed,
-    },
-];
+use scenes::{Job, Scene, TECHNIQUES, Technique};
 
 /// Everything that is reported about a scene.
 #[derive(Serialize)]
@@ -147,13 +96,13 @@ pub(crate) struct Towards {
 }
 
 pub(crate) fn report(name: &str, scene: Scene, notes: Vec<String>, job: &Job) -> Result<Report> {
-    let receivers = [Body::visible(&job.view, &job.receivers)];
-    let fit = fit(job, &receivers);
+    let receivers = [job.seen()];
+    let fit = job.fit(&receivers);
     let [body] = receivers;
     let mut techniques = Vec::with_capacity(TECHNIQUES.len());
     let mut reason = None;
     for technique in TECHNIQUES {
-        match (Fit { axes: technique.axes, ..fit }).solve(technique.rule) {
+        match technique.solve(fit) {
             Ok(map) => techniques.push(row(technique, job, &fit, &body, map)),
             Err(error @ Error::NothingVisible) => reason = Some(error.to_string()),
             Err(error) => return Err(anyhow!("{}: {error}", technique.name)),
@@ -187,10 +136,6 @@ pub(crate) fn report(name: &str, scene: Scene, notes: Vec<String>, job: &Job) ->
         notes,
         scene,
     })
-}
-
-fn fit<'a>(job: &'a Job, receivers: &'a [Body]) -> Fit<'a> {
-    Fit { map_size: job.map, viewport: job.viewport, ..Fit::new(&job.view, &job.light, &job.casters, receivers) }
 }
 
 fn row(technique: &Technique, job: &Job, fit: &Fit, body: &Body, map: ShadowMap) -> Row {
@@ -263,7 +208,7 @@ fn setup_ns(technique: &Technique, job: &Job) -> f64 {
         let start = Instant::now();
         for _ in 0..RUNS_PER_BATCH {
             let receivers = [Body::visible(black_box(&job.view), black_box(&job.receivers))];
-            let fit = Fit { axes: technique.axes, ..fit(job, &receivers) };
+            let fit = technique.fit(job.fit(&receivers));
             let _ = black_box(fit.solve(black_box(technique.rule)));
         }
         start.elapsed().as_nanos() as f64 / f64::from(RUNS_PER_BATCH)

@@ -7,8 +7,8 @@ use shadow_warp::Lens;
 use crate::measure::{Report, Row};
 use crate::picture::{BODY, Drawing, EYE, TEXELS, WARP, WORLD, units};
 use crate::plot;
-use crate::scene::Job;
 use crate::table::{COLUMNS, plain};
+use scenes::Job;
 
 const STYLE: &str = "
 :root { color-scheme: light; }

@@ -6,7 +6,7 @@ use svg::Document;
 use svg::node::element::{Circle, Element, Line, Polygon, Rectangle, SVG, Text};
 
 use crate::measure::Row;
-use crate::scene::Job;
+use scenes::Job;
 
 pub(crate) const BODY: &str = "#1f6fb2";
 pub(crate) const EYE: &str = "#d9730d";

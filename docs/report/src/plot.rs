@@ -8,8 +8,8 @@ use plotters::prelude::*;
 use shadow_warp::{Body, aliasing};
 
 use crate::measure::{Report, Row};
-use crate::scene::Job;
 use crate::table::plain;
+use scenes::Job;
 
 /// Twice as large as shown: the plotting library places lines on whole pixels.
 const SIZE: (u32, u32) = (2000, 900);

@@ -3,79 +3,120 @@
 use anyhow::{Result, anyhow, bail, ensure};
 use serde::{Deserialize, Serialize};
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Body, Bounds, Error, Light, Sides, View};
+use shadow_warp::{Body, Bounds, Error, Fit, Light, Sides, View};
 
-/// The input file.
+/// A camera, a light, bounds and sizes: the input file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Scene {
-    pub(crate) view: Camera,
-    pub(crate) light: Lamp,
-    pub(crate) casters: Cuboid,
-    pub(crate) receivers: Cuboid,
-    pub(crate) map: [u32; 2],
-    pub(crate) viewport: [u32; 2],
+pub struct Scene {
+    /// The camera.
+    pub view: Camera,
+    /// The light.
+    pub light: Lamp,
+    /// Bounds of all that casts shadows.
+    pub casters: Cuboid,
+    /// Bounds of all that shadows are to be seen on.
+    pub receivers: Cuboid,
+    /// Texels of the map, `[width, height]`.
+    pub map: [u32; 2],
+    /// Pixels of the picture, `[width, height]`.
+    pub viewport: [u32; 2],
 }
 
-/// Exactly one lens: `fov_y_deg` with `aspect`, `tangents` (left, right, bottom, top), or `orthographic`.
+/// A camera with exactly one lens: `fov_y_deg` with `aspect`, `tangents` (left, right, bottom, top), or `orthographic`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Camera {
-    pub(crate) eye: [f64; 3],
-    pub(crate) forward: [f64; 3],
-    pub(crate) up: [f64; 3],
+pub struct Camera {
+    /// Where it stands.
+    pub eye: [f64; 3],
+    /// Where it looks; any length.
+    pub forward: [f64; 3],
+    /// Up in the picture, roughly.
+    pub up: [f64; 3],
+    /// The full vertical angle, in degrees.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) fov_y_deg: Option<f64>,
+    pub fov_y_deg: Option<f64>,
+    /// Width over height.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) aspect: Option<f64>,
+    pub aspect: Option<f64>,
+    /// Left, right, bottom, top of an off-centre lens.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) tangents: Option<[f64; 4]>,
+    pub tangents: Option<[f64; 4]>,
+    /// The size of an orthographic volume.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub(crate) orthographic: Option<Orthographic>,
-    pub(crate) near: f64,
-    /// Absent or null: infinite.
-    pub(crate) far: Option<f64>,
+    pub orthographic: Option<Orthographic>,
+    /// The near distance.
+    pub near: f64,
+    /// The far distance. Absent or null: infinite.
+    pub far: Option<f64>,
 }
 
+/// The size of an orthographic view volume, in world units.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Orthographic {
-    pub(crate) width: f64,
-    pub(crate) height: f64,
+pub struct Orthographic {
+    /// Along the camera's right.
+    pub width: f64,
+    /// Along its up.
+    pub height: f64,
 }
 
+/// A light.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Lamp {
-    pub(crate) directional: Directional,
+#[serde(deny_unknown_fields, rename_all = "snake_case")]
+pub enum Lamp {
+    /// Infinitely far away.
+    Directional {
+        /// Towards the light; any length.
+        to_light: [f64; 3],
+    },
+    /// A cone of light. No technique takes it yet.
+    Spot {
+        /// Where it stands.
+        position: [f64; 3],
+        /// Where it shines; any length.
+        direction: [f64; 3],
+        /// From the axis to the edge of the cone, in degrees.
+        outer_deg: f64,
+        /// Nothing nearer casts shadows.
+        near: f64,
+        /// Nothing further away is lit.
+        range: f64,
+    },
 }
 
+/// A box along the world's axes.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct Directional {
-    pub(crate) to_light: [f64; 3],
-}
-
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
-pub(crate) struct Cuboid {
-    pub(crate) min: [f64; 3],
-    pub(crate) max: [f64; 3],
+pub struct Cuboid {
+    /// Its least corner.
+    pub min: [f64; 3],
+    /// Its greatest corner.
+    pub max: [f64; 3],
 }
 
 /// A scene in the library's types, each of which has checked its part.
-pub(crate) struct Job {
-    pub(crate) view: View,
-    pub(crate) light: Light,
-    pub(crate) casters: Bounds,
-    pub(crate) receivers: Bounds,
-    pub(crate) map: [u32; 2],
-    pub(crate) viewport: [u32; 2],
+pub struct Job {
+    /// The camera.
+    pub view: View,
+    /// The light.
+    pub light: Light,
+    /// Bounds of all that casts shadows.
+    pub casters: Bounds,
+    /// Bounds of all that shadows are to be seen on.
+    pub receivers: Bounds,
+    /// Texels of the map.
+    pub map: [u32; 2],
+    /// Pixels of the picture.
+    pub viewport: [u32; 2],
 }
 
 impl Scene {
-    /// Reads JSON. The error names the field.
-    pub(crate) fn parse(text: &str) -> Result<Self> {
+    /// Reads JSON.
+    ///
+    /// # Errors
+    /// Names the field that is missing, unknown or of another type.
+    pub fn parse(text: &str) -> Result<Self> {
         let json = &mut serde_json::Deserializer::from_str(text);
         let scene = serde_path_to_error::deserialize(&mut *json).map_err(|error| {
             let path = error.path().to_string();
@@ -95,14 +136,17 @@ impl Scene {
         Ok(scene)
     }
 
-    pub(crate) fn validated(&self) -> Result<Job> {
-        let to_light = self.light.directional.to_light;
+    /// Returns the scene in the library's types.
+    ///
+    /// # Errors
+    /// Names the field and the condition that it does not meet.
+    pub fn validated(&self) -> Result<Job> {
         let no_zero = |[width, height]: [u32; 2]| width > 0 && height > 0;
         ensure!(no_zero(self.map), "map must not be zero");
         ensure!(no_zero(self.viewport), "viewport must not be zero");
         Ok(Job {
             view: self.view.validated()?,
-            light: Light::directional(to_light.into()).map_err(|e| field("light.directional", e))?,
+            light: self.light.validated()?,
             casters: self.casters.validated("casters")?,
             receivers: self.receivers.validated("receivers")?,
             map: self.map,
@@ -112,8 +156,22 @@ impl Scene {
 }
 
 impl Job {
-    /// How deep in the view a point lies that is given relative to a body's origin.
-    pub(crate) fn depth(&self, body: &Body, q: DVec3) -> f64 {
+    /// Returns what of the receivers' box the camera sees.
+    #[must_use]
+    pub fn seen(&self) -> Body {
+        Body::visible(&self.view, &self.receivers)
+    }
+
+    /// Returns the library's job for receivers that were cut by this view.
+    #[must_use]
+    pub fn fit<'a>(&'a self, receivers: &'a [Body]) -> Fit<'a> {
+        let fit = Fit::new(&self.view, &self.light, &self.casters, receivers);
+        Fit { map_size: self.map, viewport: self.viewport, ..fit }
+    }
+
+    /// Returns how deep in the view a point lies that is given relative to a body's origin.
+    #[must_use]
+    pub fn depth(&self, body: &Body, q: DVec3) -> f64 {
         self.view.forward().dot(q + (body.origin() - self.view.eye()))
     }
 }
@@ -143,8 +201,23 @@ impl Camera {
     }
 }
 
+impl Lamp {
+    fn validated(&self) -> Result<Light> {
+        match *self {
+            Self::Directional { to_light } => {
+                Light::directional(to_light.into()).map_err(|error| field("light.directional", error))
+            }
+            Self::Spot { position, direction, outer_deg, near, range } => {
+                let (position, direction) = (position.into(), direction.into());
+                Light::spot(position, direction, outer_deg.to_radians(), near, range)
+                    .map_err(|error| field("light.spot", error))
+            }
+        }
+    }
+}
+
 impl Cuboid {
-    pub(crate) fn validated(&self, name: &str) -> Result<Bounds> {
+    fn validated(&self, name: &str) -> Result<Bounds> {
         Bounds::new(self.min.into(), self.max.into()).map_err(|error| field(name, error))
     }
 }

@@ -1,0 +1,136 @@
+//! Containment: nothing that can be seen, and no caster of a shadow that can be seen, is clipped.
+
+use anyhow::Result;
+use scenes::Technique;
+use shadow_warp::glam::{DVec2, DVec3};
+use shadow_warp::{ClipSpace, Fit, NearDepth};
+
+use super::picture::{Found, Lookup, around};
+use crate::gpu::{DepthPass, Gpu};
+use crate::projection::{Facet, Projection};
+use crate::stage::Stage;
+
+/// What was clipped, and what reached where it should not.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Containment {
+    /// Corners of the receivers' body that the device puts outside of the guarded map.
+    pub clipped: usize,
+    /// Texels of the border, two wide, that the body covers.
+    pub in_border: usize,
+    /// How far the body is from touching a side of the map, in texels; the furthest of the four.
+    pub slack: f64,
+    /// Texels that the body covers.
+    pub texels: usize,
+    /// Those of them whose depth is not that of what lies nearest to the light there.
+    pub wrong: usize,
+    /// The same with depths from the receivers alone, and depth clamp.
+    pub wrong_clamped: usize,
+    /// The same with depths from the receivers alone, and no clamp: casters are lost, and the check must see it.
+    pub wrong_unclamped: usize,
+}
+
+impl Containment {
+    /// What is not as it must be.
+    #[must_use]
+    pub fn failures(&self) -> Vec<String> {
+        let mut failures = Vec::new();
+        if self.texels < 1_000 {
+            failures.push(format!("only {} texels were compared", self.texels));
+        }
+        let counts = [
+            (self.clipped, "corners of the body are outside of the map"),
+            (self.in_border, "texels of the border are covered"),
+            (self.wrong, "texels do not hold what is nearest to the light"),
+            (self.wrong_clamped, "texels do not hold what is nearest to the light, with depth clamp"),
+        ];
+        failures
+            .extend(counts.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
+        if self.slack.abs() > 0.05 {
+            failures.push(format!("the body is {} texels from touching a side", self.slack));
+        }
+        failures
+    }
+}
+
+/// The border of the map, in texels.
+const BORDER: f64 = 2.0;
+
+/// Draws the receivers' body and the scene into a technique's map.
+///
+/// # Errors
+/// If there is no map, or the device refuses.
+pub fn containment(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -> Result<Containment> {
+    let (fit, map) = stage.solve(technique, size)?;
+    let eye = stage.job.view.eye();
+    let body = &stage.receivers[0];
+    let faces: Vec<[DVec3; 3]> =
+        body.faces().flat_map(|face| face.triangles()).map(|corners| corners.map(|q| q + body.origin())).collect();
+    let outline = gpu.mesh(&faces, eye);
+
+    let guarded = fit.guard_f32(&map, eye)?;
+    let clips = gpu.capture(&outline, guarded.clip_from_world_at(eye, ClipSpace::WGPU))?;
+    let is_inside = |&[x, y, z, w]: &[f32; 4]| x.abs() <= w && y.abs() <= w && z >= 0.0 && z <= w;
+    let clipped = clips.iter().filter(|clip| !is_inside(clip)).count();
+
+    let bordered = fit.guard_f32(&map.with_border(BORDER)?, eye)?;
+    let drawn = gpu.depth(&outline, bordered.clip_from_world_at(eye, ClipSpace::WGPU), DepthPass::WGPU, map.size())?;
+    let covered: Vec<bool> = gpu.read(&drawn)?.iter().map(|&depth| depth < 1.0).collect();
+    let at = |index: usize| DVec2::new((index % size as usize) as f64 + 0.5, (index / size as usize) as f64 + 0.5);
+    let edge = |texel: DVec2| texel.min(f64::from(size) - texel).min_element();
+    let in_border = covered.iter().enumerate().filter(|&(index, &covered)| covered && edge(at(index)) < BORDER).count();
+
+    let mut found = Containment { clipped, in_border, ..Containment::default() };
+    let projection = Projection::new(&bordered, eye, ClipSpace::WGPU);
+    let places: Vec<DVec2> = outline.corners().map(|q| projection.place(q).texel).collect();
+    let least = places.iter().fold(DVec2::INFINITY, |least, &place| least.min(place));
+    let most = places.iter().fold(DVec2::NEG_INFINITY, |most, &place| most.max(place));
+    found.slack = least.max(f64::from(size) - most).max_element() - BORDER;
+
+    let nearest = |near_depth: NearDepth, clamp: bool| -> Result<[usize; 2]> {
+        let fit = Fit { near_depth, ..fit };
+        let map = fit.guard_f32(&fit.solve(technique.rule)?, eye)?;
+        let pass = DepthPass { clamp, ..DepthPass::WGPU };
+        let clip = map.clip_from_world_at(eye, ClipSpace::WGPU);
+        let scene = gpu.read(&gpu.depth(&stage.mesh(gpu, eye), clip, pass, map.size())?)?;
+        let lookup = Lookup::new(gpu, stage, &fit, &map)?;
+        let texels: Vec<usize> = (0..scene.len()).filter(|&index| lookup.crosses_body(at(index))).collect();
+        let wrong = texels.iter().filter(|&&index| !lookup.holds(at(index), scene[index], gpu.grid())).count();
+        Ok([texels.len(), wrong])
+    };
+    [found.texels, found.wrong] = nearest(NearDepth::Casters, false)?;
+    [_, found.wrong_clamped] = nearest(NearDepth::Receivers, true)?;
+    [_, found.wrong_unclamped] = nearest(NearDepth::Receivers, false)?;
+    Ok(found)
+}
+
+impl Lookup<'_> {
+    /// Whether the ray of light through a place in the map meets the receivers' body.
+    fn crosses_body(&self, texel: DVec2) -> bool {
+        let body = &self.stage().receivers[0];
+        let start = self.on_ray(texel) + (self.stage().job.view.eye() - body.origin());
+        let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
+        for plane in body.faces().map(|face| face.plane()) {
+            let (speed, room) = (plane.normal().dot(self.to_light()), plane.offset() - plane.normal().dot(start));
+            if speed > 0.0 {
+                leaves = leaves.min(room / speed);
+            } else if speed < 0.0 {
+                enters = enters.max(room / speed);
+            } else if room < 0.0 {
+                return false;
+            }
+        }
+        enters < leaves
+    }
+
+    /// Whether a texel holds what lies nearest to the light there, in the depths that a buffer can hold.
+    fn holds(&self, centre: DVec2, depth: f32, grid: f64) -> bool {
+        let look = |offset: DVec2| self.first(self.on_ray(centre + offset)).moved(-offset).clamped();
+        let holds = |looks: &mut dyn Iterator<Item = DVec2>| Found::range(looks.map(look)).contains(&f64::from(depth));
+        holds(&mut std::iter::once(DVec2::ZERO)) || holds(&mut around(2.0 * grid))
+    }
+
+    /// Some point of the ray of light through a place in the map.
+    fn on_ray(&self, texel: DVec2) -> DVec3 {
+        self.projection().on(&Facet { normal: self.to_light(), offset: 0.0 }, texel)
+    }
+}

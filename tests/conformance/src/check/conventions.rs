@@ -1,0 +1,112 @@
+//! Conventions: every clip space shows the same picture, with its own depths, comparison, rows and winding.
+
+use anyhow::Result;
+use scenes::Technique;
+use shadow_warp::{ClipSpace, DepthRange};
+
+use super::picture::{Lookup, difference};
+use crate::gpu::{DepthPass, Gpu};
+use crate::stage::Stage;
+
+/// Every interface's conventions by name, each also with reversed depth.
+pub const SPACES: [(&str, ClipSpace); 8] = [
+    ("wgpu", ClipSpace::WGPU),
+    ("wgpu reversed", ClipSpace::WGPU.reversed()),
+    ("vulkan", ClipSpace::VULKAN),
+    ("vulkan reversed", ClipSpace::VULKAN.reversed()),
+    ("opengl", ClipSpace::OPENGL),
+    ("opengl reversed", ClipSpace::OPENGL.reversed()),
+    ("opengl 0 to 1", ClipSpace::OPENGL_ZERO_TO_ONE),
+    ("opengl 0 to 1 reversed", ClipSpace::OPENGL_ZERO_TO_ONE.reversed()),
+];
+
+/// How a clip space differs from wgpu's.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Conventions {
+    /// Texels of the depth map that hold something in one of the two and nothing in the other.
+    pub coverage: usize,
+    /// Texels whose depth, undone to wgpu's, differs by more than rounding can explain.
+    pub depth: usize,
+    /// The share of pixels of the lit picture that differ.
+    pub lit: f64,
+    /// Texels that change when back faces are left out; the scene is closed, so there is none.
+    pub back: usize,
+    /// Texels that are the same when front faces are left out.
+    pub front: usize,
+    /// Texels that something is drawn on.
+    pub texels: usize,
+}
+
+/// More than rounding can do to depth on the surfaces of the scene.
+const DEPTH: f64 = 1e-4;
+/// The share of texels whose centre lies exactly on an edge of the rasteriser's grid, and goes to another of the faces
+/// that meet there, or to a back face.
+const TIES: f64 = 2e-3;
+
+impl Conventions {
+    /// What is not as it must be.
+    #[must_use]
+    pub fn failures(&self) -> Vec<String> {
+        let mut failures = Vec::new();
+        if self.texels < 10_000 {
+            failures.push(format!("only {} texels were drawn", self.texels));
+        }
+        let most = (TIES * self.texels as f64) as usize;
+        let counts = [
+            (self.coverage, "texels are covered otherwise than in wgpu's conventions"),
+            (self.depth, "texels hold another depth than in wgpu's conventions"),
+            (self.back, "texels show back faces"),
+            (self.front, "texels show no front face"),
+        ];
+        failures.extend(
+            counts.into_iter().filter(|(count, _)| *count > most).map(|(count, what)| format!("{count} {what}")),
+        );
+        if self.lit > TIES {
+            failures.push(format!("{} of the picture is lit otherwise than in wgpu's conventions", self.lit));
+        }
+        failures
+    }
+}
+
+/// Draws the scene in an interface's conventions and in wgpu's.
+///
+/// # Errors
+/// If there is no map, or the device refuses.
+pub fn conventions(
+    gpu: &Gpu,
+    stage: &Stage,
+    technique: &Technique,
+    space: ClipSpace,
+    size: u32,
+) -> Result<Conventions> {
+    let (fit, map) = stage.solve(technique, size)?;
+    let eye = stage.job.view.eye();
+    let map = fit.guard_f32(&map, eye)?;
+    let mesh = stage.mesh(gpu, eye);
+    // In the order of wgpu's rows, and with its depth.
+    let texels = |space: ClipSpace, cull| -> Result<Vec<f32>> {
+        let pass = DepthPass { space, clamp: false, cull };
+        let found = gpu.read(&gpu.depth(&mesh, map.clip_from_world_at(eye, space), pass, map.size())?)?;
+        let rows = found.chunks_exact(size as usize);
+        let found: Vec<f32> = if space.texture_top_first {
+            rows.flatten().copied().collect()
+        } else {
+            rows.rev().flatten().copied().collect()
+        };
+        let reversed = space.depth == DepthRange::OneToZero;
+        Ok(found.into_iter().map(|depth| if reversed { 1.0 - depth } else { depth }).collect())
+    };
+    let [plain, all] = [texels(ClipSpace::WGPU, None)?, texels(space, None)?];
+    let (front_only, back_only) = (texels(space, Some(wgpu::Face::Back))?, texels(space, Some(wgpu::Face::Front))?);
+    let lookup = Lookup::new(gpu, stage, &fit, &map)?;
+    let is_drawn = |depth: f32| depth < 1.0;
+    let both = || plain.iter().zip(&all).filter(|(a, b)| is_drawn(**a) && is_drawn(**b));
+    Ok(Conventions {
+        coverage: plain.iter().zip(&all).filter(|(a, b)| is_drawn(**a) != is_drawn(**b)).count(),
+        depth: both().filter(|(a, b)| f64::from((*a - *b).abs()) > DEPTH).count(),
+        lit: difference(&lookup.draw(gpu, ClipSpace::WGPU)?, &lookup.draw(gpu, space)?)?,
+        back: all.iter().zip(&front_only).filter(|(a, b)| a.to_bits() != b.to_bits()).count(),
+        front: all.iter().zip(&back_only).filter(|(a, b)| is_drawn(**a) && a.to_bits() == b.to_bits()).count(),
+        texels: all.iter().filter(|&&depth| is_drawn(depth)).count(),
+    })
+}

@@ -1,0 +1,9 @@
+//! Shows that a real rasteriser does with the crate's matrices what the mathematics says.
+
+pub mod camera;
+pub mod check;
+pub mod gpu;
+pub mod projection;
+pub mod raster;
+pub mod rays;
+pub mod stage;

@@ -1,0 +1,269 @@
+//! Measures every technique on every rasteriser that there is, and prints the tables of `docs/conformance.md`.
+
+use std::process::ExitCode;
+
+use anyhow::Result;
+use conformance::check::{
+    ANGLES, Containment, Origin, SIZES, SPACES, Shadows, containment, conventions, far_away, ground_at, picture, place,
+};
+use conformance::gpu::Gpu;
+use conformance::raster::Agreement;
+use conformance::stage::Stage;
+use scenes::{Model, TECHNIQUES};
+use shadow_warp::glam::DVec3;
+use shadow_warp::{Rule, Warp};
+
+const INTRODUCTION: &str = include_str!("introduction.md");
+
+fn main() -> ExitCode {
+    match Gpu::all().and_then(|gpus| gpus.iter().map(report).collect::<Result<Vec<String>>>()) {
+        Ok(reports) => {
+            println!("{INTRODUCTION}\n{}", reports.join("\n"));
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("conformance: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// A table in Markdown, and whatever is not as it must be.
+struct Table {
+    text: String,
+    failures: Vec<String>,
+}
+
+impl Table {
+    fn new(title: &str, meaning: &str, columns: &[&str]) -> Self {
+        let rule = "|---".repeat(columns.len());
+        let text = format!("\n### {title}\n\n{meaning}\n\n| {} |\n{rule}|\n", columns.join(" | "));
+        Self { text, failures: Vec::new() }
+    }
+
+    fn row(&mut self, cells: &[String]) {
+        self.text += &format!("| {} |\n", cells.join(" | "));
+    }
+
+    fn check(&mut self, name: &str, failures: Vec<String>) {
+        self.failures.extend(failures.into_iter().map(|failure| format!("- {name}: {failure}\n")));
+    }
+}
+
+fn report(gpu: &Gpu) -> Result<String> {
+    let grounds = ANGLES.iter().map(|&angle| Ok((angle, ground_at(angle)?))).collect::<Result<Vec<(f64, Stage)>>>()?;
+    let chessboard = Model::chessboard().under_sun(DVec3::new(6.0, 7.0, -2.0));
+    let others =
+        [Model::town(), Model::avenue(), chessboard].map(Stage::new).into_iter().collect::<Result<Vec<Stage>>>()?;
+    let tables = [
+        places(gpu, &grounds)?,
+        strong_warps(gpu, &grounds[0].1)?,
+        clipping(gpu, &grounds, &others)?,
+        shadows(gpu, &grounds, &others)?,
+        changes(gpu, &grounds, &others)?,
+        interfaces(gpu, &grounds[1].1)?,
+        distances(gpu)?,
+    ];
+    let failures: String = tables.iter().flat_map(|table| table.failures.clone()).collect();
+    let verdict =
+        if failures.is_empty() { "Every check passes.\n".to_owned() } else { format!("Failures:\n\n{failures}") };
+    let text: String = tables.into_iter().map(|table| table.text).collect();
+    Ok(format!("## {}\n\n{verdict}{text}", gpu.name))
+}
+
+fn places(gpu: &Gpu, grounds: &[(f64, Stage)]) -> Result<Table> {
+    let mut table = Table::new(
+        "Depth and place",
+        "160 triangles of all sizes in the receivers' body, at the six angles: the centre of a texel that is furthest on the wrong \
+         side of an edge; the error in depth, also over what is allowed there.",
+        &["technique", "map", "texels", "edge, texels", "depth", "of allowed"],
+    );
+    for technique in TECHNIQUES {
+        for size in SIZES {
+            let mut sum = Agreement::default();
+            for (angle, stage) in grounds {
+                let (found, allowance) = place(gpu, stage, technique, technique.rule, size, Origin::Eye)?;
+                table.check(&format!("place, {}, {angle} degrees, {size}", technique.name), found.failures(&allowance));
+                sum = sum.and(found);
+            }
+            let Agreement { texels, coverage, depth, depth_of_allowed, .. } = sum;
+            let [coverage, depth, of_allowed] = [coverage, depth, depth_of_allowed].map(short);
+            table.row(&[technique.name.to_owned(), size.to_string(), texels.to_string(), coverage, depth, of_allowed]);
+        }
+    }
+    Ok(table)
+}
+
+fn strong_warps(gpu: &Gpu, stage: &Stage) -> Result<Table> {
+    let mut table = Table::new(
+        "Strong warps",
+        "The same with `w` from 1 to 1000, at 90 degrees, by what matrix and positions are relative to. The first rows are the \
+         map without warp.",
+        &["warp", "map", "relative to", "edge, texels", "depth", "of allowed"],
+    );
+    let strong = Rule::Explicit(Warp::new(999.0)?);
+    for (name, rule) in [("none", Rule::Uniform), ("1 : 1000", strong)] {
+        for size in SIZES {
+            for (about, origin) in [("the world's origin", Origin::World), ("the eye", Origin::Eye)] {
+                let (found, allowance) = place(gpu, stage, &TECHNIQUES[0], rule, size, origin)?;
+                table.check(&format!("strong warp, {size}, relative to {about}"), found.failures(&allowance));
+                let [coverage, depth, of_allowed] = [found.coverage, found.depth, found.depth_of_allowed].map(short);
+                table.row(&[name.to_owned(), size.to_string(), about.to_owned(), coverage, depth, of_allowed]);
+            }
+        }
+    }
+    Ok(table)
+}
+
+fn clipping(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
+    let mut table = Table::new(
+        "Containment",
+        "The ground at the six angles, the town, the avenue and the chessboard, maps of 256 texels. *Clipped*: corners of the \
+         receivers' body outside of the map. *Slack*: how far the body is from touching the furthest of the four sides. *Wrong*: of \
+         the texels whose light reaches the body, those that do not hold the caster nearest to the light; with depths from casters \
+         to receivers, and with those of receivers alone and depth clamp.",
+        &["technique", "clipped", "in the border", "slack, texels", "texels", "wrong", "wrong, clamped"],
+    );
+    for technique in TECHNIQUES {
+        let mut sum = Containment::default();
+        for stage in grounds.iter().map(|(_, stage)| stage).chain(others) {
+            let found = containment(gpu, stage, technique, 256)?;
+            table.check(&format!("containment, {}, {}", technique.name, stage.model.name), found.failures());
+            sum.clipped += found.clipped;
+            sum.in_border += found.in_border;
+            sum.slack = sum.slack.max(found.slack);
+            sum.texels += found.texels;
+            sum.wrong += found.wrong;
+            sum.wrong_clamped += found.wrong_clamped;
+        }
+        let counts = |counts: &[usize]| counts.iter().map(usize::to_string).collect::<Vec<_>>();
+        let [before, after] =
+            [[sum.clipped, sum.in_border].to_vec(), [sum.texels, sum.wrong, sum.wrong_clamped].to_vec()];
+        let row = [vec![technique.name.to_owned()], counts(&before), vec![short(sum.slack)], counts(&after)].concat();
+        table.row(&row);
+    }
+    Ok(table)
+}
+
+fn shadows(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
+    let scenes = scenes_by_name(grounds, others);
+    let names: Vec<&str> = scenes.iter().map(|(name, _)| name.as_str()).collect();
+    let mut table = Table::new(
+        "Shadows",
+        "Pixels of a picture of 224 x 224 that are wrong, of ten thousand, through a map of 1024 texels: the ground by the angle \
+         between light and view, and the other scenes. Then the same pixels by reason, all scenes and maps together (the ground also \
+         with 256 and 4096 texels): a shadow's edge within the texel, something in contact that the bias hides, a surface that \
+         shadows itself; and pixels that are not as predicted.",
+        &[&["technique"], names.as_slice(), &["edge", "contact", "self", "unexplained", "compared"]].concat(),
+    );
+    for technique in TECHNIQUES {
+        let (mut row, mut sum) = (vec![technique.name.to_owned()], Shadows::default());
+        for (name, stage) in &scenes {
+            let sizes = if stage.model.name == "ground" { &SIZES[..] } else { &[1024] };
+            for &size in sizes {
+                let (found, _) = picture(gpu, stage, technique, size)?;
+                table.check(&format!("shadows, {}, {name}, {size}", technique.name), found.failures());
+                if size == 1024 {
+                    row.push(format!("{:.0}", 1e4 * found.wrong()));
+                }
+                sum.edge += found.edge;
+                sum.contact += found.contact;
+                sum.acne += found.acne;
+                sum.unexplained += found.unexplained;
+                sum.pixels += found.pixels;
+            }
+        }
+        row.extend([sum.edge, sum.contact, sum.acne, sum.unexplained, sum.pixels].map(|count| count.to_string()));
+        table.row(&row);
+    }
+    Ok(table)
+}
+
+fn changes(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
+    let mut table = Table::new(
+        "Aliasing",
+        "The derivatives of the shadow's coordinates, as `dpdxFine` and `dpdyFine` measure them, against their closed form half-way \
+         between the two pixels, relative: median, 99 %, largest. Then the largest error against the exact difference, in texels of \
+         1024, and over what rounding to `f32` explains. The worst of the six angles; in brackets the worst of the other scenes, \
+         where far triangles are seen edge-on.",
+        &["technique", "pairs", "median", "99 %", "largest", "texels", "of allowed"],
+    );
+    for technique in TECHNIQUES {
+        let worst = |stages: &mut dyn Iterator<Item = &Stage>, table: &mut Table| -> Result<(usize, [f64; 5])> {
+            let (mut pairs, mut worst) = (0, [0.0; 5]);
+            for stage in stages {
+                let (_, found) = picture(gpu, stage, technique, 1024)?;
+                table.check(&format!("aliasing, {}, {}", technique.name, stage.model.name), found.failures());
+                pairs += found.count();
+                let [median, most, all] = [0.5, 0.99, 1.0].map(|share| found.quantile(share));
+                let values = [median, most, all, found.texels, found.of_allowed];
+                worst = std::array::from_fn(|i| f64::max(worst[i], values[i]));
+            }
+            Ok((pairs, worst))
+        };
+        let (pairs, on_ground) = worst(&mut grounds.iter().map(|(_, stage)| stage), &mut table)?;
+        let (more, elsewhere) = worst(&mut others.iter(), &mut table)?;
+        let both = on_ground.iter().zip(elsewhere).map(|(&a, b)| format!("{} ({})", short(a), short(b)));
+        table.row(&[technique.name.to_owned(), (pairs + more).to_string()].into_iter().chain(both).collect::<Vec<_>>());
+    }
+    Ok(table)
+}
+
+fn interfaces(gpu: &Gpu, stage: &Stage) -> Result<Table> {
+    let mut table = Table::new(
+        "Conventions",
+        "The ground at 60 degrees, LiSPSM, a map of 256 texels, in the conventions of every interface, undone to wgpu's: texels that \
+         are covered otherwise, or hold another depth (by more than 1e-4); pixels of the picture that are lit otherwise; texels that \
+         change without back faces, and that stay without front faces. A few texels have their centre on an edge of the \
+         rasteriser's grid, and belong to another face when rows run the other way.",
+        &["conventions", "texels", "coverage", "depth", "lit", "back faces", "no front face"],
+    );
+    let technique = &TECHNIQUES[1];
+    for (name, space) in SPACES {
+        let found = conventions(gpu, stage, technique, space, 256)?;
+        table.check(&format!("conventions, {name}"), found.failures());
+        let [texels, coverage, depth, back, front] =
+            [found.texels, found.coverage, found.depth, found.back, found.front].map(|count| count.to_string());
+        table.row(&[name.to_owned(), texels, coverage, depth, short(found.lit), back, front]);
+    }
+    Ok(table)
+}
+
+fn distances(gpu: &Gpu) -> Result<Table> {
+    let mut table = Table::new(
+        "Far away",
+        "The ground, moved away from the world's origin: how far the device displaces a corner of the receivers' body, with matrix and \
+         positions rounded to `f32`, in texels of 1024; in brackets the crate's bound.",
+        &["technique", "distance", "relative to the world's origin", "to the eye", "to the body"],
+    );
+    for technique in TECHNIQUES {
+        for (name, distance) in [("0", 0.0), ("1e5", 1e5), ("1e7", 1e7)] {
+            let stage = Stage::new(Model::ground().moved(DVec3::new(distance, 0.0, -distance)))?;
+            let mut row = vec![technique.name.to_owned(), name.to_owned()];
+            for origin in [Origin::World, Origin::Eye, Origin::Body] {
+                let found = far_away(gpu, &stage, technique, 1024, origin)?;
+                table.check(&format!("far away, {}, {distance}, {origin:?}", technique.name), found.failures());
+                row.push(format!("{} ({})", short(found.displacement), short(found.bound)));
+            }
+            table.row(&row);
+        }
+    }
+    Ok(table)
+}
+
+fn scenes_by_name<'a>(grounds: &'a [(f64, Stage)], others: &'a [Stage]) -> Vec<(String, &'a Stage)> {
+    let grounds = grounds.iter().map(|(angle, stage)| (format!("{angle}°"), stage));
+    grounds.chain(others.iter().map(|stage| (stage.model.name.clone(), stage))).collect()
+}
+
+/// Two significant digits.
+fn short(x: f64) -> String {
+    match x {
+        0.0 => "0".to_owned(),
+        0.001..0.01 => format!("{x:.4}"),
+        0.01..0.1 => format!("{x:.3}"),
+        0.1..10.0 => format!("{x:.2}"),
+        10.0..1e4 => format!("{x:.0}"),
+        _ => format!("{x:.1e}"),
+    }
+}

@@ -1,0 +1,185 @@
+//! What a rasteriser must do with triangles, predicted in `f64`, and how far one is from that.
+
+use std::collections::HashMap;
+
+use shadow_warp::glam::{DVec2, DVec3};
+
+use crate::projection::{Facet, Place, Projection};
+
+/// How a depth map differs from the prediction.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Agreement {
+    /// Texels that something was drawn on.
+    pub texels: usize,
+    /// The furthest that the centre of a texel lies on the wrong side of an edge, in texels.
+    pub coverage: f64,
+    /// The largest error in depth.
+    pub depth: f64,
+    /// The largest error in depth, over what is allowed at that texel.
+    pub depth_of_allowed: f64,
+    /// Texels that hold what no triangle explains.
+    pub unexplained: usize,
+}
+
+impl Agreement {
+    /// What is not as it must be.
+    #[must_use]
+    pub fn failures(&self, allowance: &Allowance) -> Vec<String> {
+        let mut failures = Vec::new();
+        if self.texels < LEAST_TEXELS {
+            failures.push(format!("only {} texels were drawn", self.texels));
+        }
+        // Depth beyond what is allowed is explained by nothing.
+        if self.unexplained > 0 {
+            failures.push(format!("{} texels hold what no triangle explains", self.unexplained));
+        }
+        if self.coverage > allowance.coverage {
+            failures.push(format!("an edge is {} texels off, {} are allowed", self.coverage, allowance.coverage));
+        }
+        failures
+    }
+
+    /// Of two maps together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            texels: self.texels + other.texels,
+            coverage: self.coverage.max(other.coverage),
+            depth: self.depth.max(other.depth),
+            depth_of_allowed: self.depth_of_allowed.max(other.depth_of_allowed),
+            unexplained: self.unexplained + other.unexplained,
+        }
+    }
+}
+
+/// A map with fewer shows nothing.
+const LEAST_TEXELS: usize = 2_000;
+
+/// What error a rasteriser may make.
+#[derive(Clone, Copy, Debug)]
+pub struct Allowance {
+    /// The reach of an edge, in texels: half the diagonal of the grid of positions, and rounding in `f32`.
+    pub coverage: f64,
+    /// In depth, from `f32` rounding of the vertices.
+    pub depth: f64,
+    /// In texels, by which the surface that depth is taken from may be displaced.
+    pub shift: f64,
+}
+
+/// The rasteriser's own rounding of depth, in units of 2^-24: measured on lavapipe as up to 23.4.
+pub const DEPTH_ROUNDING: f64 = 32.0;
+
+impl Allowance {
+    /// The largest error in depth at a place on a surface with this slope. Rasterisers evaluate the plane of depth from
+    /// the target's corner, so the error grows with the products of slope and coordinate.
+    #[must_use]
+    pub fn of_depth(&self, texel: DVec2, depth: f64, slope: DVec2) -> f64 {
+        let unit = f64::from(f32::EPSILON) / 2.0;
+        let (slope, terms) = (slope.abs(), slope.abs().dot(texel.abs()));
+        DEPTH_ROUNDING * unit * (depth.abs() + 2.0 * terms) + self.depth + slope.element_sum() * self.shift
+    }
+}
+
+struct Drawn {
+    corners: [DVec2; 3],
+    /// Depth at the first corner, and per texel.
+    depth: f64,
+    slope: DVec2,
+    /// For each edge, the inward unit normal.
+    inward: [DVec2; 3],
+}
+
+impl Drawn {
+    fn new(triangle: [DVec3; 3], projection: &Projection) -> Option<Self> {
+        let places: [Place; 3] = triangle.map(|q| projection.place(q));
+        let corners = places.map(|place| place.texel);
+        let area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
+        let inward = [0, 1, 2].map(|i| (corners[(i + 1) % 3] - corners[i]).perp().normalize_or_zero() * area.signum());
+        let slope = projection.slope(&Facet::of(triangle));
+        (area != 0.0 && slope.is_finite()).then_some(Self { corners, depth: places[0].depth, slope, inward })
+    }
+
+    /// How far inside of the nearest edge a point lies.
+    fn inside(&self, p: DVec2) -> f64 {
+        [0, 1, 2].map(|i| self.inward[i].dot(p - self.corners[i])).into_iter().fold(f64::INFINITY, f64::min)
+    }
+
+    fn depth(&self, p: DVec2) -> f64 {
+        self.depth + self.slope.dot(p - self.corners[0])
+    }
+
+    /// The centres that are inside, or outside by less than `reach`, with how far inside they are.
+    fn centres(&self, size: [u32; 2], reach: f64) -> impl Iterator<Item = (usize, DVec2, f64)> + '_ {
+        let limit = DVec2::new(f64::from(size[0]), f64::from(size[1]));
+        let [a, b, c] = self.corners;
+        let low: [u32; 2] =
+            (a.min(b).min(c) - reach - 0.5).clamp(DVec2::ZERO, limit).ceil().to_array().map(|x| x as u32);
+        let high: [u32; 2] =
+            (a.max(b).max(c) + reach + 0.5).clamp(DVec2::ZERO, limit).floor().to_array().map(|x| x as u32);
+        let texels = (low[1]..high[1]).flat_map(move |y| (low[0]..high[0]).map(move |x| (x, y)));
+        texels.filter_map(move |(x, y)| {
+            let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            let inside = self.inside(centre);
+            (inside > -reach).then_some(((y * size[0] + x) as usize, centre, inside))
+        })
+    }
+}
+
+/// What is known of a texel that a triangle covers, or nearly so.
+#[derive(Clone, Copy, Default)]
+struct Texel {
+    /// The triangle that explains the depth best: how far inside of it the centre is, its error, and that over what is
+    /// allowed.
+    explained: Option<(f64, f64, f64)>,
+    /// How far the centre is inside of a triangle that should hide what is there; the furthest.
+    hidden: f64,
+}
+
+/// Compares a depth map (ordinary depth, cleared to 1) with triangles whose corners are relative to the projection's
+/// origin and inside the map.
+#[must_use]
+pub fn compare(
+    found: &[f32],
+    size: [u32; 2],
+    triangles: impl Iterator<Item = [DVec3; 3]>,
+    projection: &Projection,
+    allowance: &Allowance,
+) -> Agreement {
+    // Far beyond what is allowed, so that errors are measured and not only counted.
+    let reach = 1.0;
+    // A large map is mostly empty.
+    let mut texels: HashMap<usize, Texel> = HashMap::new();
+    for drawn in triangles.filter_map(|triangle| Drawn::new(triangle, projection)) {
+        for (index, centre, inside) in drawn.centres(size, reach) {
+            let (there, depth) = (f64::from(found[index]), drawn.depth(centre));
+            let texel = texels.entry(index).or_default();
+            let allowed = allowance.of_depth(centre, depth, drawn.slope);
+            let (error, is_cleared) = ((there - depth).abs(), there >= 1.0);
+            let of_allowed = error / allowed;
+            // By chance a depth may fit a triangle beside the texel, too.
+            let rank = |inside: f64, of_allowed: f64| (inside < -allowance.coverage, of_allowed);
+            let is_better =
+                texel.explained.is_none_or(|(other, _, error)| rank(inside, of_allowed) < rank(other, error));
+            if !is_cleared && of_allowed <= 1.0 && is_better {
+                texel.explained = Some((inside, error, of_allowed));
+            }
+            if is_cleared || depth + allowed < there {
+                texel.hidden = inside.max(texel.hidden);
+            }
+        }
+    }
+    let drawn = found.iter().filter(|&&depth| depth < 1.0).count();
+    let explained = texels.values().filter(|texel| texel.explained.is_some()).count();
+    let start = Agreement { texels: drawn, unexplained: drawn - explained, ..Agreement::default() };
+    texels.values().fold(start, |sum, texel| {
+        // A texel that should hold something and does not.
+        let missing = Agreement { coverage: texel.hidden, ..Agreement::default() };
+        let of = |(inside, depth, depth_of_allowed): (f64, f64, f64)| Agreement {
+            coverage: -inside,
+            depth,
+            depth_of_allowed,
+            ..Agreement::default()
+        };
+        sum.and(missing).and(texel.explained.map(of).unwrap_or_default())
+    })
+}

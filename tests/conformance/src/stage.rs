@@ -1,0 +1,133 @@
+//! A scene with what all checks on it share.
+
+use std::sync::OnceLock;
+
+use anyhow::Result;
+use scenes::{Job, Model, Technique};
+use shadow_warp::glam::{DVec2, DVec3};
+use shadow_warp::{Body, Error, Fit, Rule, ShadowMap};
+
+use crate::camera::Camera;
+use crate::gpu::{Gpu, Mesh};
+use crate::projection::Facet;
+use crate::rays::Rays;
+
+/// The size of the pictures that are compared, in pixels.
+const PICTURE: [u32; 2] = [224, 224];
+
+/// A model in the crate's types, with what its camera sees. All positions but the model's are relative to the eye.
+pub struct Stage {
+    /// The scene and its triangles.
+    pub model: Model,
+    /// The scene in the crate's types.
+    pub job: Job,
+    /// What is seen of the receivers.
+    pub receivers: [Body; 1],
+    /// The planes of the triangles.
+    pub facets: Vec<Facet>,
+    /// The scene's triangles, for rays.
+    pub rays: Rays,
+    truth: OnceLock<Vec<Option<Seen>>>,
+}
+
+/// What a camera's pixel shows, by rays in `f64`.
+#[derive(Clone, Copy, Debug)]
+pub struct Seen {
+    /// The triangle.
+    pub triangle: usize,
+    /// The middle of the pixel.
+    pub pixel: DVec2,
+    /// The point there.
+    pub point: DVec3,
+    /// Whether something stands between it and the light. Where the surface looks away from the light, or nearly along
+    /// it, no shadow map is asked.
+    pub shadowed: Option<bool>,
+}
+
+/// The sine of the least angle at which light must fall on a surface for its shadows to count.
+const GRAZING: f64 = 0.01;
+
+impl Stage {
+    /// Prepares a model.
+    ///
+    /// # Errors
+    /// Where the crate refuses the scene.
+    pub fn new(model: Model) -> Result<Self> {
+        let mut job = model.scene.validated()?;
+        job.viewport = PICTURE;
+        let eye = job.view.eye();
+        let triangles: Vec<_> = model.triangles.iter().map(|corners| corners.map(|p| p - eye)).collect();
+        let facets = triangles.iter().map(|&corners| Facet::of(corners)).collect();
+        let receivers = [job.seen()];
+        Ok(Self { model, job, receivers, facets, rays: Rays::new(&triangles), truth: OnceLock::new() })
+    }
+
+    /// Returns the camera with the size of the pictures that are compared.
+    #[must_use]
+    pub fn camera(&self) -> Camera<'_> {
+        Camera { view: &self.job.view, size: PICTURE }
+    }
+
+    /// Returns the unit vector towards the light.
+    ///
+    /// # Errors
+    /// If the light is none at infinity.
+    pub fn to_light(&self) -> Result<DVec3, Error> {
+        Ok(self.job.light.as_directional()?.to_light())
+    }
+
+    /// Puts the scene on a device, relative to an origin in world space.
+    #[must_use]
+    pub fn mesh(&self, gpu: &Gpu, origin: DVec3) -> Mesh {
+        gpu.mesh(&self.model.triangles, origin)
+    }
+
+    /// Returns a technique's job and its map of `size` by `size` texels.
+    ///
+    /// # Errors
+    /// As [`Fit::solve`].
+    pub fn solve(&self, technique: &Technique, size: u32) -> Result<(Fit<'_>, ShadowMap), Error> {
+        self.solve_rule(technique, technique.rule, size)
+    }
+
+    /// As [`Stage::solve`], with another rule on the technique's axes.
+    ///
+    /// # Errors
+    /// As [`Fit::solve`].
+    pub fn solve_rule(&self, technique: &Technique, rule: Rule, size: u32) -> Result<(Fit<'_>, ShadowMap), Error> {
+        let fit = technique.fit(Fit { map_size: [size; 2], ..self.job.fit(&self.receivers) });
+        Ok((fit, fit.solve(rule)?))
+    }
+
+    /// Returns what each pixel shows, row by row from the upper left; `None` where no receiver is seen.
+    ///
+    /// # Errors
+    /// As [`Stage::to_light`].
+    pub fn truth(&self) -> Result<&[Option<Seen>], Error> {
+        let to_light = self.to_light()?;
+        Ok(self.truth.get_or_init(|| {
+            let [width, height] = PICTURE;
+            let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            pixels.map(|(x, y)| self.seen(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5), to_light)).collect()
+        }))
+    }
+
+    fn seen(&self, pixel: DVec2, to_light: DVec3) -> Option<Seen> {
+        let [origin, direction] = self.camera().ray(pixel);
+        let view = &self.job.view;
+        // Along the forward axis a ray advances by one unit of its direction.
+        let hit = self.rays.first(origin, direction, view.near())?;
+        let point = origin + direction * hit.distance;
+        let (low, high) = (self.job.receivers.min() - view.eye(), self.job.receivers.max() - view.eye());
+        let rounding = 1e-12 * (1.0 + low.abs().max(high.abs()).max_element());
+        let is_receiver = point.cmpge(low - rounding).all() && point.cmple(high + rounding).all();
+        if hit.distance > view.far() || !is_receiver {
+            return None;
+        }
+        // The side that is seen counts.
+        let normal = self.facets[hit.triangle].normal;
+        let facing = -normal.dot(direction).signum() * normal.dot(to_light);
+        let shadowed = || self.rays.is_blocked(point, to_light, 1e-9 * (1.0 + point.abs().max_element()));
+        Some(Seen { triangle: hit.triangle, pixel, point, shadowed: (facing > GRAZING).then(shadowed) })
+    }
+}

@@ -1,0 +1,202 @@
+//! The crate's matrices on a real rasteriser. Needs a Vulkan driver; without one every test fails and says so.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "tests")]
+
+use std::process::Command;
+use std::sync::LazyLock;
+
+use conformance::check::{
+    ANGLES, Origin, SIZES, SPACES, containment, conventions, far_away, ground_at, picture, place,
+};
+use conformance::gpu::{Gpu, NO_DRIVER};
+use conformance::stage::Stage;
+use scenes::{Model, TECHNIQUES, Technique};
+use shadow_warp::glam::DVec3;
+use shadow_warp::{Axes, Error, Rule, Warp};
+
+static GPU: LazyLock<Gpu> = LazyLock::new(|| Gpu::open().unwrap_or_else(|error| panic!("{error:#}")));
+static GROUNDS: LazyLock<Vec<Stage>> = LazyLock::new(|| ANGLES.map(|angle| ground_at(angle).unwrap()).into());
+static OTHERS: LazyLock<Vec<Stage>> = LazyLock::new(|| {
+    let chessboard = Model::chessboard().under_sun(DVec3::new(6.0, 7.0, -2.0));
+    [Model::town(), Model::avenue(), chessboard].map(|model| Stage::new(model).unwrap()).into()
+});
+
+/// Collects what fails, so that one run shows all of it.
+#[derive(Default)]
+struct Failures(Vec<String>);
+
+impl Failures {
+    fn add(&mut self, name: &str, found: Vec<String>) {
+        self.0.extend(found.into_iter().map(|failure| format!("{name}: {failure}")));
+    }
+}
+
+impl Drop for Failures {
+    fn drop(&mut self) {
+        assert!(std::thread::panicking() || self.0.is_empty(), "{}", self.0.join("\n"));
+    }
+}
+
+fn grounds() -> impl Iterator<Item = (f64, &'static Stage)> {
+    ANGLES.into_iter().zip(GROUNDS.iter())
+}
+
+fn every_ground(mut check: impl FnMut(String, &'static Stage, &Technique)) {
+    for (angle, stage) in grounds() {
+        for technique in TECHNIQUES {
+            check(format!("{} at {angle} degrees", technique.name), stage, technique);
+        }
+    }
+}
+
+fn every_other_scene(mut check: impl FnMut(String, &'static Stage, &Technique)) {
+    for stage in OTHERS.iter() {
+        for technique in TECHNIQUES {
+            check(format!("{} over the {}", technique.name, stage.model.name), stage, technique);
+        }
+    }
+}
+
+#[test]
+fn triangles_cover_the_predicted_texels_at_the_predicted_depth() {
+    let mut failures = Failures::default();
+    every_ground(|name, stage, technique| {
+        for size in SIZES {
+            let (found, allowance) = place(&GPU, stage, technique, technique.rule, size, Origin::Eye).unwrap();
+            failures.add(&format!("{name}, {size} texels"), found.failures(&allowance));
+        }
+    });
+}
+
+/// With w from 1 to 1000 a matrix about a far origin loses digits of w; about the eye it is as good as a map without
+/// warp.
+#[test]
+fn strong_warps_are_as_exact_as_none_about_the_eye() {
+    let strong = Rule::Explicit(Warp::new(999.0).unwrap());
+    for technique in
+        TECHNIQUES.iter().filter(|technique| technique.rule == Rule::Uniform || technique.axes != Axes::View)
+    {
+        for size in SIZES {
+            let [world, eye] = [Origin::World, Origin::Eye].map(|origin| {
+                let (found, allowance) = place(&GPU, &GROUNDS[0], technique, strong, size, origin).unwrap();
+                assert!(found.failures(&allowance).is_empty(), "{:?}", found.failures(&allowance));
+                found
+            });
+            // Half of the diagonal of the rasteriser's grid, and some rounding of the corners' own.
+            let of_grid = 0.75 * GPU.grid() + f64::from(size) * 2e-7;
+            assert!(eye.coverage <= of_grid, "{} {size}: {eye:?}", technique.name);
+            assert!(size < 4096 || world.coverage > 2.0 * eye.coverage, "{}: {world:?} {eye:?}", technique.name);
+        }
+    }
+}
+
+#[test]
+fn nothing_that_is_seen_is_clipped() {
+    let mut failures = Failures::default();
+    every_ground(|name, stage, technique| {
+        failures.add(&name, containment(&GPU, stage, technique, 256).unwrap().failures());
+    });
+    every_other_scene(|name, stage, technique| {
+        failures.add(&name, containment(&GPU, stage, technique, 256).unwrap().failures());
+    });
+}
+
+/// The check above can fail: without casters in the depth range and without depth clamp, roofs are lost.
+#[test]
+fn casters_are_lost_where_they_may_be() {
+    let stage = Stage::new(Model::town().under_sun(DVec3::new(0.1, 1.0, 0.2))).unwrap();
+    for technique in TECHNIQUES {
+        let found = containment(&GPU, &stage, technique, 256).unwrap();
+        assert!(found.failures().is_empty(), "{}: {:?}", technique.name, found.failures());
+        assert!(found.wrong_unclamped > 30, "{}: {found:?}", technique.name);
+    }
+}
+
+#[test]
+fn shadows_are_as_predicted() {
+    let mut failures = Failures::default();
+    every_ground(|name, stage, technique| {
+        for size in SIZES {
+            let name = format!("{name}, {size} texels");
+            let (shadows, changes) = picture(&GPU, stage, technique, size).unwrap();
+            failures.add(&name, shadows.failures());
+            failures.add(&name, changes.failures());
+            let (median, most) = (changes.quantile(0.5), changes.quantile(0.99));
+            assert!(median <= 1.2e-4 && most <= 2.8e-3, "{name}: changes are off by {median}, {most}");
+        }
+    });
+    every_other_scene(|name, stage, technique| {
+        let (shadows, changes) = picture(&GPU, stage, technique, 1024).unwrap();
+        failures.add(&name, shadows.failures());
+        failures.add(&name, changes.failures());
+    });
+}
+
+/// More texels, fewer wrong pixels; and the warp has fewer than none where light and view are far from parallel.
+#[test]
+fn wrong_pixels_are_fewer_where_the_map_is_finer() {
+    let wrong = |stage, technique, size| picture(&GPU, stage, technique, size).unwrap().0.wrong();
+    let [uniform, lispsm] = ["uniform", "lispsm"].map(|name| TECHNIQUES.iter().find(|t| t.name == name).unwrap());
+    for (angle, stage) in grounds() {
+        for technique in [uniform, lispsm] {
+            let [coarse, fine] = [256, 4096].map(|size| wrong(stage, technique, size));
+            assert!(4.0 * fine < coarse, "{} at {angle}: {coarse} {fine}", technique.name);
+        }
+        if (30.0..=60.0).contains(&angle) {
+            let (plain, warped) = (wrong(stage, uniform, 256), wrong(stage, lispsm, 256));
+            assert!(warped < 0.7 * plain, "at {angle}: {plain} {warped}");
+        }
+    }
+    let avenue = &OTHERS[1];
+    assert!(4.0 * wrong(avenue, lispsm, 1024) < wrong(avenue, uniform, 1024));
+}
+
+#[test]
+fn every_clip_space_shows_the_same_picture() {
+    let mut failures = Failures::default();
+    for (angle, stage) in grounds().filter(|(angle, _)| [60.0, 10.0].contains(angle)) {
+        for technique in TECHNIQUES {
+            for (interface, space) in SPACES {
+                let found = conventions(&GPU, stage, technique, space, 256).unwrap();
+                failures.add(&format!("{} at {angle} degrees, {interface}", technique.name), found.failures());
+            }
+        }
+    }
+}
+
+#[test]
+fn far_from_the_origin_nothing_moves_about_the_eye() {
+    for technique in TECHNIQUES {
+        let [near, far, very_far] = [0.0, 1e5, 1e7].map(|distance| {
+            let stage = Stage::new(Model::ground().moved(DVec3::new(distance, 0.0, -distance))).unwrap();
+            [Origin::World, Origin::Eye, Origin::Body].map(|origin| {
+                let found = far_away(&GPU, &stage, technique, 1024, origin).unwrap();
+                assert!(found.failures().is_empty(), "{} {distance}: {:?}", technique.name, found.failures());
+                found.displacement
+            })
+        });
+        for [_, eye, body] in [near, far, very_far] {
+            assert!(eye < 1e-3 && body < 1e-3, "{}: {eye} {body}", technique.name);
+        }
+        assert!(near[0] < 1e-2 && far[0] > 1e-3 && very_far[0] > 1.0, "{}: {very_far:?}", technique.name);
+    }
+}
+
+/// The chessboard's own light is a spot light. Once that is supported, it joins the scenes above.
+#[test]
+fn a_spot_light_is_refused() {
+    let stage = Stage::new(Model::chessboard()).unwrap();
+    for technique in TECHNIQUES {
+        let refused = stage.solve(technique, 256).err();
+        assert!(matches!(refused, Some(Error::Unsupported { .. })), "{}: {refused:?}", technique.name);
+    }
+}
+
+#[test]
+fn without_a_driver_the_packages_are_named() {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_conformance"));
+    let output =
+        command.env("VK_ICD_FILENAMES", "/nonexistent").env("VK_DRIVER_FILES", "/nonexistent").output().unwrap();
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && stderr.contains(NO_DRIVER), "{stderr}");
+    assert!(NO_DRIVER.contains("libvulkan1 mesa-vulkan-drivers"));
+}
