@@ -3,6 +3,7 @@
 mod containment;
 mod conventions;
 mod far_away;
+mod lookup;
 mod picture;
 mod place;
 
@@ -47,5 +48,7 @@ pub fn allowance(gpu: &Gpu, fit: &Fit, map: &ShadowMap, origin: DVec3) -> Allowa
     let viewport = 2.0 * f64::from(f32::EPSILON) * f64::from(map.size()[0].max(map.size()[1]));
     let moved = rounding.truncate().length() + viewport;
     let grid = gpu.grid() * std::f64::consts::FRAC_1_SQRT_2;
-    Allowance { coverage: grid + moved, depth: rounding.z, shift: if gpu.is_lavapipe() { moved } else { grid + moved } }
+    // Where depth is taken from rounded positions, so it is from those of clipped corners, which are rounded again.
+    let shift = if gpu.is_lavapipe() { moved } else { 1.5 * grid + moved };
+    Allowance { coverage: grid + moved, depth: rounding.z, shift }
 }

@@ -159,7 +159,7 @@ impl Gpu {
             compilation_options: Default::default(),
             cache: None,
         });
-        let name = format!("{} ({})", info.name, info.driver_info);
+        let name = [info.name, info.driver_info].join(" ").trim().to_owned();
         Ok(Self { name, device, queue, shaders, pipelines: Mutex::default(), capture })
     }
 

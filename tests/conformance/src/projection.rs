@@ -79,13 +79,19 @@ impl Projection {
         rows.inverse() * DVec3::new(-x.w, -y.w, facet.offset)
     }
 
-    /// Returns how depth changes from texel to texel on a plane: a projective map takes a plane to a plane, so this is
-    /// the same everywhere on it. Infinite or NaN for a plane along the light.
+    /// Returns `(x w, y w, w)` of a point, with its place `(x, y)` in texels.
     #[must_use]
-    pub fn slope(&self, facet: &Facet) -> DVec2 {
+    pub fn homogeneous(&self, q: DVec3) -> DVec3 {
+        let q = q.extend(1.0);
+        DVec3::new(self.x.dot(q), self.y.dot(q), self.w.dot(q))
+    }
+
+    /// Returns `(a, b, c)` with which depth on a plane is `a x + b y + c` at the place `(x, y)` in texels: a projective
+    /// map takes a plane to a plane. Not finite for a plane along the light.
+    #[must_use]
+    pub fn depth_plane(&self, facet: &Facet) -> DVec3 {
         // On the plane z = a x + b y + c w, so as rows z = a x + b y + c w + d (normal, -offset).
         let rows = DMat4::from_cols(self.x, self.y, self.w, facet.normal.extend(-facet.offset));
-        let [a, b, ..] = (rows.inverse() * self.z).to_array();
-        DVec2::new(a, b)
+        (rows.inverse() * self.z).truncate()
     }
 }

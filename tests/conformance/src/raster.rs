@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use shadow_warp::glam::{DVec2, DVec3};
 
-use crate::projection::{Facet, Place, Projection};
+use crate::projection::{Facet, Projection};
 
 /// How a depth map differs from the prediction.
 #[derive(Clone, Copy, Debug, Default)]
@@ -80,49 +80,59 @@ impl Allowance {
     }
 }
 
-struct Drawn {
-    corners: [DVec2; 3],
-    /// Depth at the first corner, and per texel.
-    depth: f64,
-    slope: DVec2,
-    /// For each edge, the inward unit normal.
-    inward: [DVec2; 3],
+/// A triangle in a map.
+#[derive(Clone, Copy, Debug)]
+pub struct Drawn {
+    /// For each edge, the line with which `line . (x, y, 1)` is the distance inward of a place, in texels.
+    lines: [DVec3; 3],
+    /// Depth is `plane . (x, y, 1)`.
+    plane: DVec3,
 }
 
 impl Drawn {
-    fn new(triangle: [DVec3; 3], projection: &Projection) -> Option<Self> {
-        let places: [Place; 3] = triangle.map(|q| projection.place(q));
-        let corners = places.map(|place| place.texel);
-        let area = (corners[1] - corners[0]).perp_dot(corners[2] - corners[0]);
-        let inward = [0, 1, 2].map(|i| (corners[(i + 1) % 3] - corners[i]).perp().normalize_or_zero() * area.signum());
-        let slope = projection.slope(&Facet::of(triangle));
-        (area != 0.0 && slope.is_finite()).then_some(Self { corners, depth: places[0].depth, slope, inward })
+    /// Returns a triangle whose corners are relative to the projection's origin; it may reach behind the projection's
+    /// centre. `None` where it is seen edge-on.
+    #[must_use]
+    pub fn new(triangle: [DVec3; 3], projection: &Projection) -> Option<Self> {
+        let corners = triangle.map(|q| projection.homogeneous(q));
+        let volume = corners[0].dot(corners[1].cross(corners[2]));
+        let lines = [0, 1, 2].map(|i| {
+            let line = corners[i].cross(corners[(i + 1) % 3]) * volume.signum();
+            line / line.truncate().length()
+        });
+        let plane = projection.depth_plane(&Facet::of(triangle));
+        let is_seen = volume != 0.0 && plane.is_finite() && lines.iter().all(|line| line.is_finite());
+        is_seen.then_some(Self { lines, plane })
     }
 
-    /// How far inside of the nearest edge a point lies.
-    fn inside(&self, p: DVec2) -> f64 {
-        [0, 1, 2].map(|i| self.inward[i].dot(p - self.corners[i])).into_iter().fold(f64::INFINITY, f64::min)
+    /// Returns how far inside of the nearest edge a place lies, in texels.
+    #[must_use]
+    pub fn inside(&self, p: DVec2) -> f64 {
+        self.lines.map(|line| line.dot(p.extend(1.0))).into_iter().fold(f64::INFINITY, f64::min)
     }
 
-    fn depth(&self, p: DVec2) -> f64 {
-        self.depth + self.slope.dot(p - self.corners[0])
+    /// Returns the depth at a place, on the triangle or beyond its edges.
+    #[must_use]
+    pub fn depth(&self, p: DVec2) -> f64 {
+        self.plane.dot(p.extend(1.0))
     }
 
-    /// The centres that are inside, or outside by less than `reach`, with how far inside they are.
-    fn centres(&self, size: [u32; 2], reach: f64) -> impl Iterator<Item = (usize, DVec2, f64)> + '_ {
-        let limit = DVec2::new(f64::from(size[0]), f64::from(size[1]));
-        let [a, b, c] = self.corners;
-        let low: [u32; 2] =
-            (a.min(b).min(c) - reach - 0.5).clamp(DVec2::ZERO, limit).ceil().to_array().map(|x| x as u32);
-        let high: [u32; 2] =
-            (a.max(b).max(c) + reach + 0.5).clamp(DVec2::ZERO, limit).floor().to_array().map(|x| x as u32);
-        let texels = (low[1]..high[1]).flat_map(move |y| (low[0]..high[0]).map(move |x| (x, y)));
-        texels.filter_map(move |(x, y)| {
-            let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let inside = self.inside(centre);
-            (inside > -reach).then_some(((y * size[0] + x) as usize, centre, inside))
-        })
+    /// Returns how depth changes from texel to texel.
+    #[must_use]
+    pub fn slope(&self) -> DVec2 {
+        self.plane.truncate()
     }
+}
+
+/// The texels whose centres are within `reach` texels of the box around some places.
+fn centres(corners: [DVec2; 3], size: [u32; 2], reach: f64) -> impl Iterator<Item = (usize, DVec2)> {
+    let limit = DVec2::from(size.map(f64::from));
+    let [a, b, c] = corners;
+    let texel = |p: DVec2| p.clamp(DVec2::ZERO, limit).to_array().map(|x| x as u32);
+    let low = texel((a.min(b).min(c) - reach - 0.5).ceil());
+    let high = texel((a.max(b).max(c) + reach + 0.5).floor());
+    let texels = (low[1]..high[1]).flat_map(move |y| (low[0]..high[0]).map(move |x| (x, y)));
+    texels.map(move |(x, y)| ((y * size[0] + x) as usize, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)))
 }
 
 /// What is known of a texel that a triangle covers, or nearly so.
@@ -149,11 +159,16 @@ pub fn compare(
     let reach = 1.0;
     // A large map is mostly empty.
     let mut texels: HashMap<usize, Texel> = HashMap::new();
-    for drawn in triangles.filter_map(|triangle| Drawn::new(triangle, projection)) {
-        for (index, centre, inside) in drawn.centres(size, reach) {
+    for triangle in triangles {
+        let Some(drawn) = Drawn::new(triangle, projection) else { continue };
+        for (index, centre) in centres(triangle.map(|q| projection.place(q).texel), size, reach) {
+            let inside = drawn.inside(centre);
+            if inside <= -reach {
+                continue;
+            }
             let (there, depth) = (f64::from(found[index]), drawn.depth(centre));
             let texel = texels.entry(index).or_default();
-            let allowed = allowance.of_depth(centre, depth, drawn.slope);
+            let allowed = allowance.of_depth(centre, depth, drawn.slope());
             let (error, is_cleared) = ((there - depth).abs(), there >= 1.0);
             let of_allowed = error / allowed;
             // By chance a depth may fit a triangle beside the texel, too.

@@ -112,6 +112,13 @@ impl Stage {
         }))
     }
 
+    /// Returns the point of a plane that is seen at a place in the picture.
+    #[must_use]
+    pub fn on(&self, facet: &Facet, pixel: DVec2) -> DVec3 {
+        let [origin, direction] = self.camera().ray(pixel);
+        origin + direction * facet.meet(origin, direction)
+    }
+
     fn seen(&self, pixel: DVec2, to_light: DVec3) -> Option<Seen> {
         let [origin, direction] = self.camera().ray(pixel);
         let view = &self.job.view;

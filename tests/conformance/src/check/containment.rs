@@ -5,9 +5,9 @@ use scenes::Technique;
 use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{ClipSpace, Fit, NearDepth};
 
-use super::picture::{Found, Lookup, around};
+use super::lookup::{Found, Lookup};
 use crate::gpu::{DepthPass, Gpu};
-use crate::projection::{Facet, Projection};
+use crate::projection::Projection;
 use crate::stage::Stage;
 
 /// What was clipped, and what reached where it should not.
@@ -94,7 +94,7 @@ pub fn containment(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -
         let scene = gpu.read(&gpu.depth(&stage.mesh(gpu, eye), clip, pass, map.size())?)?;
         let lookup = Lookup::new(gpu, stage, &fit, &map)?;
         let texels: Vec<usize> = (0..scene.len()).filter(|&index| lookup.crosses_body(at(index))).collect();
-        let wrong = texels.iter().filter(|&&index| !lookup.holds(at(index), scene[index], gpu.grid())).count();
+        let wrong = texels.iter().filter(|&&index| !lookup.holds(at(index), scene[index])).count();
         Ok([texels.len(), wrong])
     };
     [found.texels, found.wrong] = nearest(NearDepth::Casters, false)?;
@@ -106,11 +106,11 @@ pub fn containment(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -
 impl Lookup<'_> {
     /// Whether the ray of light through a place in the map meets the receivers' body.
     fn crosses_body(&self, texel: DVec2) -> bool {
-        let body = &self.stage().receivers[0];
-        let start = self.on_ray(texel) + (self.stage().job.view.eye() - body.origin());
+        let body = &self.stage.receivers[0];
+        let start = self.on_ray(texel) + (self.stage.job.view.eye() - body.origin());
         let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
         for plane in body.faces().map(|face| face.plane()) {
-            let (speed, room) = (plane.normal().dot(self.to_light()), plane.offset() - plane.normal().dot(start));
+            let (speed, room) = (plane.normal().dot(self.to_light), plane.offset() - plane.normal().dot(start));
             if speed > 0.0 {
                 leaves = leaves.min(room / speed);
             } else if speed < 0.0 {
@@ -122,15 +122,9 @@ impl Lookup<'_> {
         enters < leaves
     }
 
-    /// Whether a texel holds what lies nearest to the light there, in the depths that a buffer can hold.
-    fn holds(&self, centre: DVec2, depth: f32, grid: f64) -> bool {
-        let look = |offset: DVec2| self.first(self.on_ray(centre + offset)).moved(-offset).clamped();
-        let holds = |looks: &mut dyn Iterator<Item = DVec2>| Found::range(looks.map(look)).contains(&f64::from(depth));
-        holds(&mut std::iter::once(DVec2::ZERO)) || holds(&mut around(2.0 * grid))
-    }
-
-    /// Some point of the ray of light through a place in the map.
-    fn on_ray(&self, texel: DVec2) -> DVec3 {
-        self.projection().on(&Facet { normal: self.to_light(), offset: 0.0 }, texel)
+    /// Whether a texel holds what lies nearest to the light there, or where the device may have taken the place to be.
+    fn holds(&self, centre: DVec2, depth: f32) -> bool {
+        let is = |found: &Found| (f64::from(depth) - found.depth).abs() <= found.error;
+        is(&self.first(centre)) || self.candidates(centre).iter().any(is)
     }
 }

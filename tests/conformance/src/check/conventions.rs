@@ -4,7 +4,8 @@ use anyhow::Result;
 use scenes::Technique;
 use shadow_warp::{ClipSpace, DepthRange};
 
-use super::picture::{Lookup, difference};
+use super::lookup::Lookup;
+use super::picture::difference;
 use crate::gpu::{DepthPass, Gpu};
 use crate::stage::Stage;
 
