@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod check;
 pub mod gpu;
+pub mod pictures;
 pub mod projection;
 pub mod raster;
 pub mod rays;

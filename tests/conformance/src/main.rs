@@ -1,12 +1,15 @@
 //! Measures every technique on every rasteriser that there is, and prints the tables of `docs/conformance.md`.
 
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
+use clap::Parser;
 use conformance::check::{
     ANGLES, Containment, Origin, SIZES, SPACES, Shadows, containment, conventions, far_away, ground_at, picture, place,
 };
 use conformance::gpu::Gpu;
+use conformance::pictures::{Pictures, pictures};
 use conformance::raster::Agreement;
 use conformance::stage::Stage;
 use scenes::{Model, TECHNIQUES};
@@ -15,17 +18,65 @@ use shadow_warp::{Rule, Warp};
 
 const INTRODUCTION: &str = include_str!("introduction.md");
 
+/// Measures every technique on every Vulkan driver that there is, and prints tables in Markdown.
+///
+/// It fails where there is no driver, or a check fails.
+#[derive(Parser)]
+#[command(name = "conformance")]
+struct Cli {
+    /// More scenes, from glTF files.
+    #[arg(value_name = "FILE.glb|gltf")]
+    scenes: Vec<PathBuf>,
+    /// Where pictures of all scenes go, as PNG files.
+    #[arg(long, value_name = "DIR", default_value = "target/conformance")]
+    pictures: PathBuf,
+}
+
 fn main() -> ExitCode {
-    match Gpu::all().and_then(|gpus| gpus.iter().map(report).collect::<Result<Vec<String>>>()) {
-        Ok(reports) => {
-            println!("{INTRODUCTION}\n{}", reports.join("\n"));
-            ExitCode::SUCCESS
-        }
+    match run(&Cli::parse()) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
         Err(error) => {
             eprintln!("conformance: {error:#}");
             ExitCode::FAILURE
         }
     }
+}
+
+/// Whether every check passes.
+fn run(cli: &Cli) -> Result<bool> {
+    let gpus = Gpu::all()?;
+    let chessboard = Model::chessboard().under_sun(DVec3::new(6.0, 7.0, -2.0));
+    let mut models = vec![Model::town(), Model::avenue(), chessboard];
+    for path in &cli.scenes {
+        models.push(Model::from_gltf(path).with_context(|| path.display().to_string())?.0);
+    }
+    for model in [vec![Model::ground()], models.clone()].concat() {
+        draw(&Gpu::open()?, model, &cli.pictures)?;
+    }
+    let others = models.into_iter().map(Stage::new).collect::<Result<Vec<Stage>>>()?;
+    println!("{INTRODUCTION}");
+    let mut passes = true;
+    for gpu in &gpus {
+        let (text, failures) = report(gpu, &others)?;
+        passes &= failures.is_empty();
+        let verdict = if failures.is_empty() { "Every check passes.\n" } else { "Failures:\n\n" };
+        println!("## {}\n\n{verdict}{failures}{text}", gpu.name);
+    }
+    Ok(passes)
+}
+
+fn draw(gpu: &Gpu, model: Model, folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let stage = Stage::with_picture(model, [512, 512])?;
+    for technique in TECHNIQUES {
+        let Pictures { shaded, depth, heat } = pictures(gpu, &stage, technique)?;
+        for (what, png) in [("shaded", shaded), ("depth", depth), ("heat", heat)] {
+            let path = folder.join(format!("{}-{}-{what}.png", stage.model.name, technique.name));
+            std::fs::write(&path, png).with_context(|| path.display().to_string())?;
+        }
+    }
+    Ok(())
 }
 
 /// A table in Markdown, and whatever is not as it must be.
@@ -50,25 +101,20 @@ impl Table {
     }
 }
 
-fn report(gpu: &Gpu) -> Result<String> {
+/// The tables, and whatever is not as it must be.
+fn report(gpu: &Gpu, others: &[Stage]) -> Result<(String, String)> {
     let grounds = ANGLES.iter().map(|&angle| Ok((angle, ground_at(angle)?))).collect::<Result<Vec<(f64, Stage)>>>()?;
-    let chessboard = Model::chessboard().under_sun(DVec3::new(6.0, 7.0, -2.0));
-    let others =
-        [Model::town(), Model::avenue(), chessboard].map(Stage::new).into_iter().collect::<Result<Vec<Stage>>>()?;
     let tables = [
         places(gpu, &grounds)?,
         strong_warps(gpu, &grounds[0].1)?,
-        clipping(gpu, &grounds, &others)?,
-        shadows(gpu, &grounds, &others)?,
-        changes(gpu, &grounds, &others)?,
+        clipping(gpu, &grounds, others)?,
+        shadows(gpu, &grounds, others)?,
+        changes(gpu, &grounds, others)?,
         interfaces(gpu, &grounds[1].1)?,
         distances(gpu)?,
     ];
-    let failures: String = tables.iter().flat_map(|table| table.failures.clone()).collect();
-    let verdict =
-        if failures.is_empty() { "Every check passes.\n".to_owned() } else { format!("Failures:\n\n{failures}") };
-    let text: String = tables.into_iter().map(|table| table.text).collect();
-    Ok(format!("## {}\n\n{verdict}{text}", gpu.name))
+    let failures = tables.iter().flat_map(|table| table.failures.clone()).collect();
+    Ok((tables.into_iter().map(|table| table.text).collect(), failures))
 }
 
 fn places(gpu: &Gpu, grounds: &[(f64, Stage)]) -> Result<Table> {

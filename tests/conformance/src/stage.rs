@@ -48,13 +48,21 @@ pub struct Seen {
 const GRAZING: f64 = 0.01;
 
 impl Stage {
-    /// Prepares a model.
+    /// Prepares a model, with pictures of a size that is quickly compared.
     ///
     /// # Errors
     /// Where the crate refuses the scene.
     pub fn new(model: Model) -> Result<Self> {
+        Self::with_picture(model, PICTURE)
+    }
+
+    /// Prepares a model, with pictures of another size, in pixels.
+    ///
+    /// # Errors
+    /// Where the crate refuses the scene.
+    pub fn with_picture(model: Model, picture: [u32; 2]) -> Result<Self> {
         let mut job = model.scene.validated()?;
-        job.viewport = PICTURE;
+        job.viewport = picture;
         let eye = job.view.eye();
         let triangles: Vec<_> = model.triangles.iter().map(|corners| corners.map(|p| p - eye)).collect();
         let facets = triangles.iter().map(|&corners| Facet::of(corners)).collect();
@@ -62,10 +70,10 @@ impl Stage {
         Ok(Self { model, job, receivers, facets, rays: Rays::new(&triangles), truth: OnceLock::new() })
     }
 
-    /// Returns the camera with the size of the pictures that are compared.
+    /// Returns the camera with the size of its pictures.
     #[must_use]
     pub fn camera(&self) -> Camera<'_> {
-        Camera { view: &self.job.view, size: PICTURE }
+        Camera { view: &self.job.view, size: self.job.viewport }
     }
 
     /// Returns the unit vector towards the light.
@@ -106,7 +114,7 @@ impl Stage {
     pub fn truth(&self) -> Result<&[Option<Seen>], Error> {
         let to_light = self.to_light()?;
         Ok(self.truth.get_or_init(|| {
-            let [width, height] = PICTURE;
+            let [width, height] = self.job.viewport;
             let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
             pixels.map(|(x, y)| self.seen(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5), to_light)).collect()
         }))

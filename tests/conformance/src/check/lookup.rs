@@ -11,7 +11,7 @@ use crate::raster::{Allowance, Drawn};
 use crate::stage::Stage;
 
 /// A map, and what is needed to predict what a look into it gives. Positions are relative to the eye.
-pub(super) struct Lookup<'a> {
+pub(crate) struct Lookup<'a> {
     pub(super) stage: &'a Stage,
     pub(super) map: &'a ShadowMap,
     pub(super) axes: Axes,
@@ -46,7 +46,7 @@ impl Found {
 }
 
 impl<'a> Lookup<'a> {
-    pub(super) fn new(gpu: &Gpu, stage: &'a Stage, fit: &Fit, map: &'a ShadowMap) -> Result<Self> {
+    pub(crate) fn new(gpu: &Gpu, stage: &'a Stage, fit: &Fit, map: &'a ShadowMap) -> Result<Self> {
         let eye = stage.job.view.eye();
         let projection = Projection::new(map, eye, ClipSpace::WGPU);
         let allowance = allowance(gpu, fit, map, eye);
@@ -70,7 +70,7 @@ impl<'a> Lookup<'a> {
             biases,
             rounding: fit.rounding(map, eye).truncate().length() + corner.max_element() * f64::from(f32::EPSILON),
             // Where positions are rounded before they are interpolated, so are those of clipped corners.
-            camera: if gpu.is_lavapipe() { 1e-4 } else { 2.0 * gpu.grid() },
+            camera: if gpu.is_lavapipe() { 4e-4 } else { 2.0 * gpu.grid() },
             far: (size(&stage.job.casters) + size(&stage.job.receivers)).length(),
         })
     }
@@ -81,7 +81,7 @@ impl<'a> Lookup<'a> {
     }
 
     /// The lit picture, through a map in the conventions of an interface.
-    pub(super) fn draw(&self, gpu: &Gpu, space: ClipSpace) -> Result<Vec<Option<Pixel>>> {
+    pub(crate) fn draw(&self, gpu: &Gpu, space: ClipSpace) -> Result<Vec<Option<Pixel>>> {
         let eye = self.stage.job.view.eye();
         let (mesh, camera) = (self.stage.mesh(gpu, eye), self.stage.camera());
         let pass = DepthPass { space, ..DepthPass::WGPU };
