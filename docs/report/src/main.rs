@@ -5,6 +5,7 @@ mod measure;
 mod page;
 mod picture;
 mod plot;
+mod rendered;
 mod table;
 
 use std::io::{ErrorKind, Read, Write};
@@ -16,7 +17,7 @@ use clap::Parser;
 use clap::error::ErrorKind as Usage;
 
 use measure::Report;
-use scenes::{GltfScene, Scene};
+use scenes::{GltfScene, Model, Scene};
 
 /// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
 ///
@@ -66,14 +67,20 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<()> {
-    let (name, scene, notes) = read(cli)?;
+    let Source { name, scene, notes, file } = read(cli)?;
     let job = scene.validated().with_context(|| name.clone())?;
     let report = measure::report(&name_of(&name), scene, notes, &job).with_context(|| name)?;
 
     // The page first: where it cannot be written, the error is all there is.
     let page = page_path(cli, &report);
+    let mut drawn_by = String::new();
     if let Some(path) = &page {
-        write_file("--out", path, &page::html(&job, &report)?)?;
+        let rendered = model(&report, file.as_ref()).and_then(rendered::rendered).map_err(|error| format!("{error:#}"));
+        write_file("--out", path, &page::html(&job, &report, &rendered)?)?;
+        drawn_by = match rendered {
+            Ok(rendered) => format!("with pictures drawn by {}", rendered.device),
+            Err(reason) => format!("without drawn pictures: {reason}"),
+        };
     }
     if let Some(folder) = &cli.figures {
         for (name, picture) in page::figures(&job, &report)? {
@@ -87,19 +94,29 @@ fn run(cli: &Cli) -> Result<()> {
     } else {
         write!(stdout, "{}", table::text(&report))?;
         if let Some(path) = page {
-            writeln!(stdout, "\npage: {}", path.display())?;
+            writeln!(stdout, "\npage: {}, {drawn_by}", path.display())?;
         }
     }
     stdout.flush()?;
     Ok(())
 }
 
-/// The scene's name for messages, the scene, and what was made up in it.
-fn read(cli: &Cli) -> Result<(String, Scene, Vec<String>)> {
+/// Where a scene comes from.
+struct Source {
+    /// For messages.
+    name: String,
+    scene: Scene,
+    /// What was made up in it.
+    notes: Vec<String>,
+    /// The file with its triangles, if it has some.
+    file: Option<GltfScene>,
+}
+
+fn read(cli: &Cli) -> Result<Source> {
     if let Some(path) = &cli.gltf {
         let name = path.display().to_string();
         let file = GltfScene::read(path).with_context(|| name.clone())?;
-        return Ok((name, file.scene, file.notes));
+        return Ok(Source { name, scene: file.scene.clone(), notes: file.notes.clone(), file: Some(file) });
     }
     let (name, text) = match &cli.scene {
         None => ("paper".to_owned(), EMBEDDED.to_owned()),
@@ -115,7 +132,16 @@ fn read(cli: &Cli) -> Result<(String, Scene, Vec<String>)> {
         }
     };
     let scene = Scene::parse(&text).with_context(|| name.clone())?;
-    Ok((name, scene, Vec::new()))
+    Ok(Source { name, scene, notes: Vec::new(), file: None })
+}
+
+/// What the pictures show: the file's triangles, or some made up to fill the boxes.
+fn model(report: &Report, file: Option<&GltfScene>) -> Result<Model> {
+    let (name, scene) = (report.name.as_str(), report.scene.clone());
+    match file {
+        Some(file) => Ok(Model { name: name.to_owned(), scene, triangles: file.triangles()? }),
+        None => Ok(Model::furnished(name, scene)),
+    }
 }
 
 /// A file's name without folder and extension.

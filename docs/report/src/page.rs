@@ -1,12 +1,15 @@
 //! The page: table and pictures in one file that needs no other.
 
 use anyhow::Result;
+use base64::Engine;
+use conformance::pictures::{HEAT, Pictures, Png, heat};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use shadow_warp::Lens;
 
 use crate::measure::{Report, Row};
 use crate::picture::{BODY, Drawing, EYE, TEXELS, WARP, WORLD, units};
 use crate::plot;
+use crate::rendered::Rendered;
 use crate::table::{COLUMNS, plain};
 use scenes::Job;
 
@@ -34,6 +37,11 @@ table { border-collapse: collapse; font-variant-numeric: tabular-nums; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 4px 16px; margin: 8px 0; font-size: 14.5px; }
 dt { font-weight: 600; } dd { margin: 0; }
 .pair { display: grid; grid-template-columns: repeat(auto-fit, minmax(320px, 1fr)); gap: 8px; margin-top: 8px; }
+.drawn { display: grid; grid-template-columns: repeat(3, 1fr); gap: 8px; margin-top: 8px; align-items: end; }
+.drawn figure { margin: 0; } .drawn img { width: 100%; display: block; }
+.drawn figcaption { font-size: 13px; color: #4a5766; text-align: center; }
+.scale { display: flex; font-size: 12px; margin: 6px 0; max-width: 640px; }
+.scale span { flex: 1; text-align: center; padding: 3px 0; color: #fff; text-shadow: 0 0 3px #000; }
 svg { max-width: 100%; height: auto; display: block; }
 .legend { display: grid; grid-template-columns: repeat(auto-fit, minmax(310px, 1fr)); gap: 4px 24px; font-size: 14.5px; padding: 0; margin: 8px 0; list-style: none; }
 .legend li { display: flex; gap: 10px; }
@@ -55,7 +63,7 @@ pub(crate) fn figures(job: &Job, report: &Report) -> Result<Vec<(String, String)
     Ok(figures)
 }
 
-pub(crate) fn html(job: &Job, report: &Report) -> Result<String> {
+pub(crate) fn html(job: &Job, report: &Report, rendered: &Result<Rendered, String>) -> Result<String> {
     let plot = plot::depth_plot(job, report)?;
     let page = html! {
         (DOCTYPE)
@@ -86,8 +94,10 @@ pub(crate) fn html(job: &Job, report: &Report) -> Result<String> {
                     }
                 }
                 h2 { "The maps" }
-                (legend())
-                @for row in &report.techniques { (technique(job, report, row)) }
+                (legend(rendered))
+                @for (i, row) in report.techniques.iter().enumerate() {
+                    (technique(job, report, row, rendered.as_ref().ok().and_then(|rendered| rendered.pictures.get(i))))
+                }
             } }
         }
     };
@@ -149,7 +159,7 @@ fn results(report: &Report) -> Markup {
     }
 }
 
-fn legend() -> Markup {
+fn legend(rendered: &Result<Rendered, String>) -> Markup {
     let items = [
         (BODY, "", "the body: the part of the receivers that the camera sees"),
         (EYE, "dashed", "the camera: its eye (dot) and the edges of its view volume"),
@@ -168,11 +178,33 @@ fn legend() -> Markup {
             ul.legend { @for (colour, line, text) in items {
                 li { i class=(line) style={ "border-color:" (colour) } {} span { (text) } }
             } }
+            @match rendered {
+                Ok(rendered) => {
+                    p {
+                        "Below them are pictures drawn through the map by " (rendered.device) ": the scene with its shadows, the depth \
+                         map (dark is near the light), and the pixels that the longer side of a texel covers on the surfaces that are seen \
+                         (grey: turned away from the light)."
+                    }
+                    (scale())
+                }
+                Err(reason) => p { "There are no drawn pictures: " (reason) "." }
+            }
         }
     }
 }
 
-fn technique(job: &Job, report: &Report, row: &Row) -> Markup {
+/// The colours of the pictures of pixels per texel.
+fn scale() -> Markup {
+    let [low, high] = HEAT;
+    let values = std::iter::successors(Some(low), |&value| (value < high).then_some(2.0 * value));
+    html! {
+        div.scale { @for value in values {
+            span style={ "background:rgb(" (heat(value).map(|c| c.to_string()).join(",")) ")" } { (plain(value)) }
+        } }
+    }
+}
+
+fn technique(job: &Job, report: &Report, row: &Row, pictures: Option<&Pictures>) -> Markup {
     let drawing = Drawing::new(job, &report.body.receivers, row);
     html! {
         section.card {
@@ -182,6 +214,13 @@ fn technique(job: &Job, report: &Report, row: &Row) -> Markup {
                 figure style="margin:0" { (PreEscaped(drawing.before())) }
                 figure style="margin:0" { (PreEscaped(drawing.after())) }
             }
+            @if let Some(Pictures { shaded, depth, heat }) = pictures {
+                div.drawn {
+                    (image(shaded, "the scene with its shadows"))
+                    (image(depth, "the depth map"))
+                    (image(heat, "pixels per texel"))
+                }
+            }
             p.caption {
                 "Ratio " (plain(row.warp_ratio)) ", worst " (plain(row.worst_pixels_per_texel)) " px/texel, mean "
                 (plain(row.mean_pixels_per_texel)) " px/texel. Lines of the world's grid are "
@@ -189,4 +228,9 @@ fn technique(job: &Job, report: &Report, row: &Row) -> Markup {
             }
         }
     }
+}
+
+fn image(png: &Png, what: &str) -> Markup {
+    let data = base64::engine::general_purpose::STANDARD.encode(png);
+    html! { figure { img alt=(what) src={ "data:image/png;base64," (data) }; figcaption { (what) } } }
 }

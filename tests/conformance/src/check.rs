@@ -9,8 +9,8 @@ mod place;
 
 pub use containment::{Containment, containment};
 pub use conventions::{Conventions, SPACES, conventions};
-pub(crate) use lookup::Lookup;
 pub use far_away::{FarAway, far_away};
+pub(crate) use lookup::Lookup;
 pub use picture::{Changes, Shadows, picture};
 pub use place::{Origin, place};
 

@@ -189,7 +189,7 @@ impl Gpu {
     /// # Errors
     /// If the device refuses.
     pub fn depth(&self, mesh: &Mesh, clip_from_scene: DMat4, pass: DepthPass, size: [u32; 2]) -> Result<DepthMap> {
-        let texture = self.target(size, TextureFormat::Depth32Float);
+        let texture = self.target(size, TextureFormat::Depth32Float)?;
         let job = self.job(clip_from_scene, pass.adapt());
         self.draw(Pipeline::Depth(pass), mesh, &[], &texture, pass.cleared(), &[(0, job.as_entire_binding())])?;
         Ok(DepthMap { pass, size, texture })
@@ -217,8 +217,8 @@ impl Gpu {
         shadows: &DepthMap,
         size: [u32; 2],
     ) -> Result<Vec<Option<Pixel>>> {
-        let colours = [(); 2].map(|()| self.target(size, TextureFormat::Rgba32Float));
-        let depth = self.target(size, TextureFormat::Depth32Float);
+        let colours = [self.target(size, TextureFormat::Rgba32Float)?, self.target(size, TextureFormat::Rgba32Float)?];
+        let depth = self.target(size, TextureFormat::Depth32Float)?;
         let job = self.job(camera, [1.0, 1.0, 0.0, 0.0]);
         let lookup = self.buffer(&texture_from_scene.as_mat4().to_cols_array(), BufferUsages::UNIFORM);
         let biases = self.buffer(biases, BufferUsages::STORAGE);
@@ -402,8 +402,10 @@ impl Gpu {
         self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
     }
 
-    fn target(&self, [width, height]: [u32; 2], format: TextureFormat) -> wgpu::Texture {
-        self.device.create_texture(&wgpu::TextureDescriptor {
+    fn target(&self, [width, height]: [u32; 2], format: TextureFormat) -> Result<wgpu::Texture> {
+        let most = self.device.limits().max_texture_dimension_2d;
+        ensure!(width.max(height) <= most, "the device has textures of at most {most} texels across");
+        Ok(self.device.create_texture(&wgpu::TextureDescriptor {
             label: None,
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
             mip_level_count: 1,
@@ -412,7 +414,7 @@ impl Gpu {
             format,
             usage: TextureUsages::RENDER_ATTACHMENT | TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_SRC,
             view_formats: &[],
-        })
+        }))
     }
 
     fn read_texture(&self, texture: &wgpu::Texture, aspect: wgpu::TextureAspect, channels: u32) -> Result<Vec<f32>> {

@@ -103,11 +103,11 @@ fn nothing_that_is_seen_is_clipped() {
 /// The check above can fail: without casters in the depth range and without depth clamp, roofs are lost.
 #[test]
 fn casters_are_lost_where_they_may_be() {
-    let stage = Stage::new(Model::town().under_sun(DVec3::new(0.1, 1.0, 0.2))).unwrap();
+    let stage = Stage::new(Model::town().under_sun(DVec3::new(0.005, 1.0, 0.01))).unwrap();
     for technique in TECHNIQUES {
         let found = containment(&GPU, &stage, technique, 256).unwrap();
         assert!(found.failures().is_empty(), "{}: {:?}", technique.name, found.failures());
-        assert!(found.wrong_unclamped > 30, "{}: {found:?}", technique.name);
+        assert!(found.wrong_unclamped > 200, "{}: {found:?}", technique.name);
     }
 }
 
