@@ -43,6 +43,17 @@ fn paper_with(path: &str, value: Option<Value>) -> Value {
     scene
 }
 
+fn spot(outer_deg: f64) -> Value {
+    json!({ "position": [0, 90, 0], "direction": [0, -1, 0], "outer_deg": outer_deg, "near": 1, "range": 200 })
+}
+
+/// A page without its drawn pictures, whose letters say anything.
+fn without_pictures(html: &str) -> String {
+    let mut parts = html.split("src=\"data:image/png;base64,");
+    let first = parts.next().unwrap().to_owned();
+    parts.fold(first, |page, part| page + part.split_once('"').unwrap().1)
+}
+
 fn assert_refused(output: &Output, names: &str) {
     let stderr = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{names}: {stderr}");
@@ -163,7 +174,11 @@ fn bad_scenes_are_refused_by_name() {
         ("/view/tangents", Some(json!([-1, 1, -1, 1])), "view must have one of"),
         ("/view/zoom", Some(json!(1)), "view.zoom: unknown field"),
         ("/light/directional/to_light", Some(json!([0, 0, 0])), "light.directional.to_light must"),
-        ("/light/spot", Some(json!({})), "light.spot: unknown field"),
+        ("/light/point", Some(json!({})), "light.point: unknown field"),
+        ("/light/spot", Some(json!({ "position": [0, 9, 0] })), "light.spot.direction: missing field"),
+        ("/light/spot", Some(spot(40.0)), "light must have one of directional and spot"),
+        ("/light", Some(json!({ "spot": spot(90.0) })), "light.spot.outer_deg must be between 0 and 90 degrees"),
+        ("/light", Some(json!({ "spot": spot(40.0) })), "spot or point light"),
         ("/casters/min", Some(json!([300, 0, 0])), "casters.min must not be greater than max"),
         ("/receivers/max", Some(json!([1, null, 1])), "receivers.max[1]: invalid type"),
         ("/map", Some(json!([0, 1024])), "map must not be zero"),
@@ -225,6 +240,7 @@ fn degenerate_scenes_have_finite_numbers() {
     };
     let folder = tempfile::tempdir().unwrap();
     let page = folder.path().join("page.html");
+    let mut scenes_drawn = 0;
     for scene in boxes.into_iter().chain([along_view, orthographic]) {
         let output = report(&["--json", "--scene", "-", "--out", page.to_str().unwrap()], &scene.to_string());
         for row in json_of(&output)["techniques"].as_array().unwrap() {
@@ -233,8 +249,14 @@ fn degenerate_scenes_have_finite_numbers() {
             }
             assert!(numbers(&row["clip_from_world"]).iter().all(|x| x.is_finite()));
         }
-        assert!(!std::fs::read_to_string(&page).unwrap().contains("NaN"));
+        let html = std::fs::read_to_string(&page).unwrap();
+        assert!(!without_pictures(&html).contains("NaN"));
+        // A body that is a line or a point is nothing to f32.
+        let drawn = html.matches("data:image/png;base64,iVBORw0KGgo").count();
+        assert!(drawn == 18 || html.contains("There are no drawn pictures: rounding to f32"), "{drawn} pictures");
+        scenes_drawn += usize::from(drawn == 18);
     }
+    assert!(scenes_drawn >= 3, "{scenes_drawn}");
 }
 
 #[test]
@@ -250,9 +272,25 @@ fn the_page_stands_alone() {
     let html = std::fs::read_to_string(&page).unwrap();
     assert!(html.contains("&lt;b&gt; &amp; co") && !html.contains("<b>"));
     assert!(html.matches("<svg").count() > 12);
+    assert!(html.contains("data:image/png"), "{table}");
+    let html = without_pictures(&html);
     for outside in ["<script", "<link", "src=", "href=", "NaN", "inf,"] {
         assert!(!html.contains(outside), "{outside}");
     }
+}
+
+#[test]
+fn without_a_driver_the_page_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let page = folder.path().join("page.html");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_report"));
+    command.env("VK_ICD_FILENAMES", "/nonexistent").env("VK_DRIVER_FILES", "/nonexistent");
+    let output = command.args(["--out", page.to_str().unwrap()]).output().unwrap();
+    assert!(output.status.success());
+    let reason = "no Vulkan driver: install one";
+    assert!(String::from_utf8(output.stdout).unwrap().contains(reason));
+    let html = std::fs::read_to_string(&page).unwrap();
+    assert!(html.contains(reason) && !html.contains("data:image/png"));
 }
 
 /// A unit triangle's box, scaled and moved by its node; camera and light on turned nodes.

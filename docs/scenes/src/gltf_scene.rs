@@ -154,7 +154,7 @@ impl Found {
         let bounds = Cuboid { min: self.low.to_array(), max: self.high.to_array() };
         // The cast saturates, and a picture has at least one pixel.
         let viewport = [(PICTURE_HEIGHT * aspect).round() as u32, PICTURE_HEIGHT as u32].map(|pixels| pixels.max(1));
-        let light = Lamp::Directional { to_light };
+        let light = Lamp::directional(to_light);
         (Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport }, notes)
     }
 }

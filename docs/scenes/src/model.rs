@@ -7,7 +7,7 @@ use fastrand::Rng;
 use shadow_warp::glam::{DVec2, DVec3};
 
 use crate::gltf_scene::GltfScene;
-use crate::scene::{Camera, Cuboid, Lamp, Scene};
+use crate::scene::{Camera, Cuboid, Lamp, Scene, Spot};
 use crate::solid::{Triangles, cuboid, floor, frustum, turned};
 
 /// A scene that can be drawn. Triangles run counter-clockwise as seen from outside.
@@ -32,7 +32,7 @@ impl Model {
         let bounds = Cuboid { min: [-200.0, 0.0, -200.0], max: [200.0, 50.0, 200.0] };
         let down = DVec2::from_angle(-20_f64.to_radians());
         let view = camera([0.0, 20.0, -190.0], [0.0, down.y, down.x], 60.0, 1.0, Some(400.0));
-        let light = Lamp::Directional { to_light: [0.4, 0.866, -0.3] };
+        let light = Lamp::directional([0.4, 0.866, -0.3]);
         Self::furnished(
             "ground",
             Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT },
@@ -78,7 +78,7 @@ impl Model {
         }
         let receivers = Cuboid { max: [210.0, 3.0, 210.0], ..bounds };
         let view = camera([-12.0, 3.0, -205.0], [0.06, 0.0, 1.0], 60.0, 0.5, Some(600.0));
-        let light = Lamp::Directional { to_light: [0.6, 0.7, 0.4] };
+        let light = Lamp::directional([0.6, 0.7, 0.4]);
         let scene = Scene { view, light, casters: bounds, receivers, map: MAP, viewport: VIEWPORT };
         Self { name: "town".to_owned(), scene, triangles }
     }
@@ -97,7 +97,7 @@ impl Model {
             triangles.extend(turned(foot + DVec3::Y * trunk, 8, &rings));
         }
         let view = camera([0.0, 1.7, 1.0], [0.0, 0.0, 1.0], 50.0, 0.2, None);
-        let light = Lamp::Directional { to_light: [0.8, 0.45, 0.25] };
+        let light = Lamp::directional([0.8, 0.45, 0.25]);
         let scene = Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT };
         Self { name: "avenue".to_owned(), scene, triangles }
     }
@@ -123,13 +123,9 @@ impl Model {
             }
         }
         let view = camera([1.5, 3.2, -7.5], [-0.12, -0.42, 1.0], 45.0, 0.1, Some(30.0));
-        let light = Lamp::Spot {
-            position: [6.0, 7.0, -2.0],
-            direction: [-6.0, -7.0, 2.5],
-            outer_deg: 40.0,
-            near: 1.0,
-            range: 30.0,
-        };
+        let spot =
+            Spot { position: [6.0, 7.0, -2.0], direction: [-6.0, -7.0, 2.5], outer_deg: 40.0, near: 1.0, range: 30.0 };
+        let light = Lamp { spot: Some(spot), directional: None };
         let scene = Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT };
         Self { name: "chessboard".to_owned(), scene, triangles }
     }
@@ -147,7 +143,7 @@ impl Model {
     /// Returns the same model under a light at infinity.
     #[must_use]
     pub fn under_sun(mut self, to_light: DVec3) -> Self {
-        self.scene.light = Lamp::Directional { to_light: to_light.to_array() };
+        self.scene.light = Lamp::directional(to_light.to_array());
         self
     }
 
@@ -160,8 +156,8 @@ impl Model {
             *place = Cuboid { min: moved(place.min), max: moved(place.max) };
         }
         scene.view.eye = moved(scene.view.eye);
-        if let Lamp::Spot { position, .. } = &mut scene.light {
-            *position = moved(*position);
+        if let Some(spot) = &mut scene.light.spot {
+            spot.position = moved(spot.position);
         }
         self.triangles = self.triangles.iter().map(|corners| corners.map(|p| p + by)).collect::<Triangles>();
         self

@@ -61,28 +61,40 @@ pub struct Orthographic {
     pub height: f64,
 }
 
-/// A light.
-#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-pub enum Lamp {
+/// A light of exactly one kind.
+#[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Lamp {
     /// Infinitely far away.
-    Directional {
-        /// Towards the light; any length.
-        to_light: [f64; 3],
-    },
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub directional: Option<Directional>,
     /// A cone of light. No technique takes it yet.
-    Spot {
-        /// Where it stands.
-        position: [f64; 3],
-        /// Where it shines; any length.
-        direction: [f64; 3],
-        /// From the axis to the edge of the cone, in degrees.
-        outer_deg: f64,
-        /// Nothing nearer casts shadows.
-        near: f64,
-        /// Nothing further away is lit.
-        range: f64,
-    },
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub spot: Option<Spot>,
+}
+
+/// A light at infinity.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Directional {
+    /// Towards the light; any length.
+    pub to_light: [f64; 3],
+}
+
+/// A light in a place.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Spot {
+    /// Where it stands.
+    pub position: [f64; 3],
+    /// Where it shines; any length.
+    pub direction: [f64; 3],
+    /// From the axis to the edge of the cone, in degrees.
+    pub outer_deg: f64,
+    /// Nothing nearer casts shadows.
+    pub near: f64,
+    /// Nothing further away is lit.
+    pub range: f64,
 }
 
 /// A box along the world's axes.
@@ -202,16 +214,23 @@ impl Camera {
 }
 
 impl Lamp {
+    /// Returns a light at infinity.
+    #[must_use]
+    pub fn directional(to_light: [f64; 3]) -> Self {
+        Self { directional: Some(Directional { to_light }), spot: None }
+    }
+
     fn validated(&self) -> Result<Light> {
-        match *self {
-            Self::Directional { to_light } => {
-                Light::directional(to_light.into()).map_err(|error| field("light.directional", error))
+        match (self.directional, self.spot) {
+            (Some(light), None) => {
+                Light::directional(light.to_light.into()).map_err(|error| field("light.directional", error))
             }
-            Self::Spot { position, direction, outer_deg, near, range } => {
-                let (position, direction) = (position.into(), direction.into());
-                Light::spot(position, direction, outer_deg.to_radians(), near, range)
+            (None, Some(Spot { position, direction, outer_deg, near, range })) => {
+                ensure!(outer_deg > 0.0 && outer_deg < 90.0, "light.spot.outer_deg must be between 0 and 90 degrees");
+                Light::spot(position.into(), direction.into(), outer_deg.to_radians(), near, range)
                     .map_err(|error| field("light.spot", error))
             }
+            _ => bail!("light must have one of directional and spot"),
         }
     }
 }

@@ -12,6 +12,8 @@ pub struct Camera<'a> {
     pub view: &'a View,
     /// `[width, height]` in pixels.
     pub size: [u32; 2],
+    /// Beyond everything that is to be drawn without perspective.
+    pub far: f64,
 }
 
 impl Camera<'_> {
@@ -26,7 +28,7 @@ impl Camera<'_> {
         let depth = if view.is_perspective() {
             one * view.near()
         } else {
-            (view.far() * one - forward) / (view.far() - view.near())
+            (self.far * one - forward) / (self.far - view.near())
         };
         DMat4::from_cols(across(view.right(), s.left, s.right), across(view.up(), s.bottom, s.top), depth, w)
             .transpose()

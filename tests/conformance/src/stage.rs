@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use anyhow::Result;
 use scenes::{Job, Model, Technique};
 use shadow_warp::glam::{DVec2, DVec3};
-use shadow_warp::{Body, Error, Fit, Rule, ShadowMap};
+use shadow_warp::{Body, Bounds, Error, Fit, Rule, ShadowMap};
 
 use crate::camera::Camera;
 use crate::gpu::{Gpu, Mesh};
@@ -73,7 +73,13 @@ impl Stage {
     /// Returns the camera with the size of its pictures.
     #[must_use]
     pub fn camera(&self) -> Camera<'_> {
-        Camera { view: &self.job.view, size: self.job.viewport }
+        let view = &self.job.view;
+        let deepest = |bounds: &Bounds| {
+            let (low, high) = (bounds.min() - view.eye(), bounds.max() - view.eye());
+            (low * view.forward()).max(high * view.forward()).element_sum()
+        };
+        let far = deepest(&self.job.casters).max(deepest(&self.job.receivers));
+        Camera { view, size: self.job.viewport, far: far.max(view.near()) + 1.0 }
     }
 
     /// Returns the unit vector towards the light.
