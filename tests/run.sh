@@ -9,8 +9,9 @@ command -v cargo >/dev/null || { echo "cargo is missing: install Rust" >&2; exit
 echo "== a Vulkan driver: lavapipe, in software"
 if ! compgen -G "/usr/share/vulkan/icd.d/lvp_icd*.json" >/dev/null && [ -z "${VK_DRIVER_FILES:-${VK_ICD_FILENAMES:-}}" ]; then
     if [ "$(id -u)" = 0 ] && command -v apt-get >/dev/null; then
-        apt-get update -qq
-        DEBIAN_FRONTEND=noninteractive apt-get install -qq -y --no-install-recommends libvulkan1 mesa-vulkan-drivers
+        export DEBIAN_FRONTEND=noninteractive
+        install=(apt-get install -qq -y --no-install-recommends libvulkan1 mesa-vulkan-drivers)
+        "${install[@]}" || { apt-get update -qq && "${install[@]}"; }
     elif ! compgen -G "/usr/share/vulkan/icd.d/*.json" >/dev/null; then
         echo "The tests on a rasteriser need a Vulkan driver. Install one, for example the packages libvulkan1 and" \
             "mesa-vulkan-drivers (Debian, Ubuntu: apt-get install libvulkan1 mesa-vulkan-drivers)." >&2

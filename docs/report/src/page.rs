@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use base64::Engine;
-use conformance::pictures::{HEAT, Pictures, Png, heat};
+use conformance::pictures::{HEAT, Image, Pictures, heat};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use shadow_warp::Lens;
 
@@ -96,7 +96,7 @@ pub(crate) fn html(job: &Job, report: &Report, rendered: &Result<Rendered, Strin
                 h2 { "The maps" }
                 (legend(rendered))
                 @for (i, row) in report.techniques.iter().enumerate() {
-                    (technique(job, report, row, rendered.as_ref().ok().and_then(|rendered| rendered.pictures.get(i))))
+                    (technique(job, report, row, rendered.as_ref().ok().and_then(|rendered| rendered.pictures.get(i)))?)
                 }
             } }
         }
@@ -204,9 +204,9 @@ fn scale() -> Markup {
     }
 }
 
-fn technique(job: &Job, report: &Report, row: &Row, pictures: Option<&Pictures>) -> Markup {
+fn technique(job: &Job, report: &Report, row: &Row, pictures: Option<&Pictures>) -> Result<Markup> {
     let drawing = Drawing::new(job, &report.body.receivers, row);
-    html! {
+    Ok(html! {
         section.card {
             h3 { (row.name) }
             p.lead { (row.what) }
@@ -216,9 +216,9 @@ fn technique(job: &Job, report: &Report, row: &Row, pictures: Option<&Pictures>)
             }
             @if let Some(Pictures { shaded, depth, heat }) = pictures {
                 div.drawn {
-                    (image(shaded, "the scene with its shadows"))
-                    (image(depth, "the depth map"))
-                    (image(heat, "pixels per texel"))
+                    (figure(shaded, "the scene with its shadows")?)
+                    (figure(depth, "the depth map")?)
+                    (figure(heat, "pixels per texel")?)
                 }
             }
             p.caption {
@@ -227,10 +227,10 @@ fn technique(job: &Job, report: &Report, row: &Row, pictures: Option<&Pictures>)
                 (units(drawing.world_spacing())) " apart."
             }
         }
-    }
+    })
 }
 
-fn image(png: &Png, what: &str) -> Markup {
-    let data = base64::engine::general_purpose::STANDARD.encode(png);
-    html! { figure { img alt=(what) src={ "data:image/png;base64," (data) }; figcaption { (what) } } }
+fn figure(image: &Image, what: &str) -> Result<Markup> {
+    let data = base64::engine::general_purpose::STANDARD.encode(image.png()?);
+    Ok(html! { figure { img alt=(what) src={ "data:image/png;base64," (data) }; figcaption { (what) } } })
 }

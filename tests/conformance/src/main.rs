@@ -9,7 +9,7 @@ use conformance::check::{
     ANGLES, Containment, Origin, SIZES, SPACES, Shadows, containment, conventions, far_away, ground_at, picture, place,
 };
 use conformance::gpu::Gpu;
-use conformance::pictures::{Pictures, pictures};
+use conformance::pictures::{Image, Pictures, pictures};
 use conformance::raster::Agreement;
 use conformance::stage::Stage;
 use scenes::{Model, TECHNIQUES};
@@ -27,7 +27,8 @@ struct Cli {
     /// More scenes, from glTF files.
     #[arg(value_name = "FILE.glb|gltf")]
     scenes: Vec<PathBuf>,
-    /// Where pictures of all scenes go, as PNG files.
+    /// Where pictures of all scenes go, as PNG files: for each technique, in the order of the tables, the scene with its
+    /// shadows, the depth map, and the pixels per texel.
     #[arg(long, value_name = "DIR", default_value = "target/conformance")]
     pictures: PathBuf,
 }
@@ -66,17 +67,15 @@ fn run(cli: &Cli) -> Result<bool> {
     Ok(passes)
 }
 
+/// One picture of a scene with every technique.
 fn draw(gpu: &Gpu, model: Model, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let stage = Stage::with_picture(model, [512, 512])?;
-    for technique in TECHNIQUES {
-        let Pictures { shaded, depth, heat } = pictures(gpu, &stage, technique)?;
-        for (what, png) in [("shaded", shaded), ("depth", depth), ("heat", heat)] {
-            let path = folder.join(format!("{}-{}-{what}.png", stage.model.name, technique.name));
-            std::fs::write(&path, png).with_context(|| path.display().to_string())?;
-        }
-    }
-    Ok(())
+    let stage = Stage::with_picture(model, [384, 384])?;
+    let drawn =
+        TECHNIQUES.iter().map(|technique| pictures(gpu, &stage, technique)).collect::<Result<Vec<Pictures>>>()?;
+    let rows: Vec<_> = drawn.iter().map(|Pictures { shaded, depth, heat }| [shaded, depth, heat]).collect();
+    let path = folder.join(format!("{}.png", stage.model.name));
+    std::fs::write(&path, Image::sheet(&rows).png()?).with_context(|| path.display().to_string())
 }
 
 /// A table in Markdown, and whatever is not as it must be.

@@ -10,17 +10,55 @@ use crate::check::Lookup;
 use crate::gpu::{DepthPass, Gpu, Pixel};
 use crate::stage::Stage;
 
-/// A picture in PNG.
-pub type Png = Vec<u8>;
+/// A picture.
+pub struct Image {
+    /// `[width, height]`.
+    size: [u32; 2],
+    /// Row by row from the upper left.
+    pixels: Vec<[u8; 3]>,
+}
+
+impl Image {
+    /// Returns the picture as a PNG file.
+    ///
+    /// # Errors
+    /// If it cannot be encoded.
+    pub fn png(&self) -> Result<Vec<u8>> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, self.size[0], self.size[1]);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.write_header()?.write_image_data(self.pixels.as_flattened())?;
+        Ok(bytes)
+    }
+
+    /// Returns pictures in rows, each in a cell of the size of the largest.
+    #[must_use]
+    pub fn sheet<const COLUMNS: usize>(rows: &[[&Self; COLUMNS]]) -> Self {
+        const GAP: usize = 4;
+        let side =
+            |axis: usize| rows.as_flattened().iter().map(|image| image.size[axis] as usize).max().unwrap_or(0) + GAP;
+        let (cell, width) = ([side(0), side(1)], COLUMNS * side(0));
+        let mut pixels = vec![[255; 3]; width * rows.len() * cell[1]];
+        for (row, images) in rows.iter().enumerate() {
+            for (column, image) in images.iter().enumerate() {
+                let start = row * cell[1] * width + column * cell[0];
+                for (y, line) in image.pixels.chunks_exact(image.size[0] as usize).enumerate() {
+                    pixels[start + y * width..][..line.len()].copy_from_slice(line);
+                }
+            }
+        }
+        Self { size: [width, rows.len() * cell[1]].map(|side| side as u32), pixels }
+    }
+}
 
 /// What a technique looks like.
 pub struct Pictures {
     /// The scene, lit through the map.
-    pub shaded: Png,
+    pub shaded: Image,
     /// The map, dark where it is near the light.
-    pub depth: Png,
+    pub depth: Image,
     /// The scene, coloured by the pixels that the longer side of a texel covers: see [`HEAT`].
-    pub heat: Png,
+    pub heat: Image,
 }
 
 /// The ends of the scale of colours, blue to red, in pixels per texel; it is logarithmic.
@@ -62,8 +100,8 @@ pub fn pictures(gpu: &Gpu, stage: &Stage, technique: &Technique) -> Result<Pictu
     };
     let texels = DVec2::from(map.size().map(f64::from));
     let coloured = |colour: &dyn Fn(&Pixel) -> [u8; 3]| {
-        let pixels = pixels.iter().flat_map(|pixel| pixel.as_ref().map_or(SKY, colour));
-        png(stage.camera().size, &pixels.collect::<Vec<u8>>())
+        let pixels = pixels.iter().map(|pixel| pixel.as_ref().map_or(SKY, colour)).collect();
+        Image { size: stage.camera().size, pixels }
     };
     let shaded = |pixel: &Pixel| {
         let light = 0.35 + 0.65 * if pixel.lit { facing(pixel) } else { 0.0 };
@@ -88,8 +126,8 @@ pub fn pictures(gpu: &Gpu, stage: &Stage, technique: &Technique) -> Result<Pictu
         let share = (depth - least) / (most - least).max(f32::MIN_POSITIVE);
         if depth < 1.0 { [(40.0 + 215.0 * share) as u8; 3] } else { [28, 34, 56] }
     };
-    let depth = png(size, &depths.iter().flat_map(grey).collect::<Vec<u8>>())?;
-    Ok(Pictures { shaded: coloured(&shaded)?, depth, heat: coloured(&heated)? })
+    let depth = Image { size, pixels: depths.iter().map(grey).collect() };
+    Ok(Pictures { shaded: coloured(&shaded), depth, heat: coloured(&heated) })
 }
 
 /// The pixels that the longer side of a texel covers, from the texels by which each pixel differs.
@@ -99,14 +137,6 @@ fn texel_length(texels_per_pixel: DMat2) -> f64 {
     let (sum, difference) = (squares.x_axis.x + squares.y_axis.y, squares.x_axis.x - squares.y_axis.y);
     let larger = 0.5 * (sum + difference.hypot(2.0 * squares.x_axis.y));
     larger.sqrt() / texels_per_pixel.determinant().abs()
-}
-
-fn png([width, height]: [u32; 2], rgb: &[u8]) -> Result<Png> {
-    let mut bytes = Vec::new();
-    let mut encoder = png::Encoder::new(&mut bytes, width, height);
-    encoder.set_color(png::ColorType::Rgb);
-    encoder.write_header()?.write_image_data(rgb)?;
-    Ok(bytes)
 }
 
 #[cfg(test)]

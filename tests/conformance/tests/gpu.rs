@@ -191,6 +191,18 @@ fn a_spot_light_is_refused() {
     }
 }
 
+/// `docs/conformance.md` is printed by the program; it must not lag behind the table of techniques.
+#[test]
+fn the_page_has_every_technique() {
+    let page = include_str!("../../../docs/conformance.md");
+    for title in ["Depth and place", "Containment", "Shadows", "Aliasing", "Far away"] {
+        let section = page.split_once(&format!("### {title}")).unwrap().1.split("###").next().unwrap();
+        for technique in TECHNIQUES {
+            assert!(section.contains(&format!("| {} |", technique.name)), "{} in {title}", technique.name);
+        }
+    }
+}
+
 #[test]
 fn without_a_driver_the_packages_are_named() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_conformance"));

@@ -125,6 +125,8 @@ impl Lookup<'_> {
     /// Whether a texel holds what lies nearest to the light there, or where the device may have taken the place to be.
     fn holds(&self, centre: DVec2, depth: f32) -> bool {
         let is = |found: &Found| (f64::from(depth) - found.depth).abs() <= found.error;
-        is(&self.first(centre)) || self.candidates(centre).iter().any(is)
+        let at_centre = self.first(centre);
+        let is_there = is(&at_centre) || self.candidates(centre).iter().any(is);
+        is_there && at_centre.off_ray <= self.allowance.coverage
     }
 }

@@ -38,11 +38,13 @@ pub(super) struct Found {
     /// What the device may err by.
     pub(super) error: f64,
     pub(super) triangle: Option<usize>,
+    /// How far the map puts the point that the ray of light met from the place that the ray belongs to, in texels.
+    pub(super) off_ray: f64,
 }
 
 impl Found {
     /// A texel that nothing was drawn on.
-    const CLEARED: Self = Self { depth: 1.0, error: 0.0, triangle: None };
+    const CLEARED: Self = Self { depth: 1.0, error: 0.0, triangle: None, off_ray: 0.0 };
 }
 
 impl<'a> Lookup<'a> {
@@ -101,8 +103,10 @@ impl<'a> Lookup<'a> {
     /// What is nearest to the light on its ray through a place, by rays.
     pub(super) fn first(&self, texel: DVec2) -> Found {
         let start = self.on_ray(texel) + self.to_light * self.far;
-        let hit = self.stage.rays.first(start, -self.to_light, 0.0);
-        hit.and_then(|hit| self.on(hit.triangle, texel)).unwrap_or(Found::CLEARED)
+        let Some(hit) = self.stage.rays.first(start, -self.to_light, 0.0) else { return Found::CLEARED };
+        let met = self.projection.place(start - self.to_light * hit.distance).texel;
+        let found = self.on(hit.triangle, texel).unwrap_or(Found::CLEARED);
+        Found { off_ray: (met - texel).length(), ..found }
     }
 
     /// Everything that a device may have found nearest to the light where it rounds positions: whatever is at the place or
@@ -128,7 +132,7 @@ impl<'a> Lookup<'a> {
         let drawn = self.drawn[triangle]?;
         let depth = drawn.depth(texel);
         let error = self.allowance.of_depth(texel, depth, drawn.slope());
-        Some(Found { depth: depth.clamp(0.0, 1.0), error, triangle: Some(triangle) })
+        Some(Found { depth: depth.clamp(0.0, 1.0), error, triangle: Some(triangle), off_ray: 0.0 })
     }
 
     /// How far a place in the map may be displaced by the device's error in the camera's picture, in texels. Next to the

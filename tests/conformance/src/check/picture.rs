@@ -25,7 +25,8 @@ pub struct Shadows {
     /// The furthest that such a point lies from its texel's centre along the warp, over half of the texel extent that the
     /// crate predicts, and the device's error.
     pub footprint: f64,
-    /// Pixels, wrong or right, that are not as the map's own geometry predicts.
+    /// Pixels, wrong or right, that are not as the map's geometry predicts, or whose ray of light is not one place of the map
+    /// all along.
     pub unexplained: usize,
 }
 
@@ -155,7 +156,7 @@ impl Lookup<'_> {
             let may_decide = |found: &Found| decides(found) || (reference - found.depth).abs() <= found.error;
             candidates.into_iter().find(may_decide)
         };
-        let Some(found) = found.filter(|_| is_near) else {
+        let Some(found) = found.filter(|_| is_near && at_centre.off_ray <= slack) else {
             shadows.unexplained += 1;
             return;
         };
