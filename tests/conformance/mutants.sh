@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Makes mistakes in a copy of the crate on purpose, one at a time, runs the tests on a rasteriser, and prints which of them
 # fail, as a table in Markdown. Ends with 0 only if each mistake is caught. With an argument: only the mistakes whose names
-# contain it.
+# contain it. `tests/conformance/src/mutants.md` is what it prints.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 # A folder of its own: cargo would take what it built from a mistake for what it built from the crate.
@@ -31,6 +31,11 @@ mutants=(
 )
 
 caught_all=true
+echo "## Mistakes, and what catches them"
+echo
+echo "Each of these was made in the crate on purpose, alone, and the tests on lavapipe were run, by"
+echo "\`bash tests/conformance/mutants.sh\`."
+echo
 echo "| mistake | caught by |"
 echo "|---|---|"
 for mutant in "${mutants[@]}"; do

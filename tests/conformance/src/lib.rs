@@ -3,6 +3,7 @@
 pub mod camera;
 pub mod check;
 pub mod gpu;
+pub mod pass;
 pub mod pictures;
 pub mod projection;
 pub mod raster;

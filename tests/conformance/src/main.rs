@@ -17,6 +17,8 @@ use shadow_warp::glam::DVec3;
 use shadow_warp::{Rule, Warp};
 
 const INTRODUCTION: &str = include_str!("introduction.md");
+/// Printed by `mutants.sh`.
+const MUTANTS: &str = include_str!("mutants.md");
 
 /// Measures every technique on every Vulkan driver that there is, and prints tables in Markdown.
 ///
@@ -64,6 +66,7 @@ fn run(cli: &Cli) -> Result<bool> {
         let verdict = if failures.is_empty() { "Every check passes.\n" } else { "Failures:\n\n" };
         println!("## {}\n\n{verdict}{failures}{text}", gpu.name);
     }
+    println!("{MUTANTS}");
     Ok(passes)
 }
 

@@ -7,7 +7,8 @@ use shadow_warp::ClipSpace;
 use shadow_warp::glam::{DMat2, DVec2, DVec3};
 
 use crate::check::Lookup;
-use crate::gpu::{DepthPass, Gpu, Pixel};
+use crate::gpu::Gpu;
+use crate::pass::{DepthPass, Pixel};
 use crate::stage::Stage;
 
 /// A picture.

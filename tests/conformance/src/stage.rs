@@ -8,7 +8,8 @@ use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{Body, Bounds, Error, Fit, Rule, ShadowMap};
 
 use crate::camera::Camera;
-use crate::gpu::{Gpu, Mesh};
+use crate::gpu::Gpu;
+use crate::pass::Mesh;
 use crate::projection::Facet;
 use crate::rays::Rays;
 

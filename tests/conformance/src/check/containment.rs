@@ -6,7 +6,8 @@ use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{ClipSpace, Fit, NearDepth};
 
 use super::lookup::{Found, Lookup};
-use crate::gpu::{DepthPass, Gpu};
+use crate::gpu::Gpu;
+use crate::pass::DepthPass;
 use crate::projection::Projection;
 use crate::stage::Stage;
 

@@ -6,7 +6,8 @@ use shadow_warp::{ClipSpace, DepthRange};
 
 use super::lookup::Lookup;
 use super::picture::difference;
-use crate::gpu::{DepthPass, Gpu};
+use crate::gpu::Gpu;
+use crate::pass::DepthPass;
 use crate::stage::Stage;
 
 /// Every interface's conventions by name, each also with reversed depth.

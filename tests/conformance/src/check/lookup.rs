@@ -5,7 +5,8 @@ use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{Axes, ClipSpace, Fit, ShadowMap};
 
 use super::allowance;
-use crate::gpu::{DepthPass, Gpu, Pixel};
+use crate::gpu::Gpu;
+use crate::pass::{DepthPass, Pixel};
 use crate::projection::{Facet, Projection};
 use crate::raster::{Allowance, Drawn};
 use crate::stage::Stage;

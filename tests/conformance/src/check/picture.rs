@@ -6,7 +6,8 @@ use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{Axes, ClipSpace};
 
 use super::lookup::{Found, Lookup};
-use crate::gpu::{Gpu, Pixel};
+use crate::gpu::Gpu;
+use crate::pass::Pixel;
 use crate::stage::{Seen, Stage};
 
 /// The shadows of a picture.

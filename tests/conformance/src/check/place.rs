@@ -7,7 +7,8 @@ use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{ClipSpace, Rule, ShadowMap};
 
 use super::allowance;
-use crate::gpu::{DepthPass, Gpu};
+use crate::gpu::Gpu;
+use crate::pass::DepthPass;
 use crate::projection::{Facet, Projection};
 use crate::raster::{Agreement, Allowance, compare};
 use crate::stage::Stage;
