@@ -106,7 +106,7 @@ pub fn conventions(
     Ok(Conventions {
         coverage: plain.iter().zip(&all).filter(|(a, b)| is_drawn(**a) != is_drawn(**b)).count(),
         depth: both().filter(|(a, b)| f64::from((*a - *b).abs()) > DEPTH).count(),
-        lit: difference(&lookup.draw(gpu, ClipSpace::WGPU)?, &lookup.draw(gpu, space)?)?,
+        lit: difference(&lookup.draw(gpu, ClipSpace::WGPU)?, &lookup.draw(gpu, space)?),
         back: all.iter().zip(&front_only).filter(|(a, b)| a.to_bits() != b.to_bits()).count(),
         front: all.iter().zip(&back_only).filter(|(a, b)| is_drawn(**a) && a.to_bits() == b.to_bits()).count(),
         texels: all.iter().filter(|&&depth| is_drawn(depth)).count(),
