@@ -53,3 +53,8 @@ pub fn allowance(gpu: &Gpu, fit: &Fit, map: &ShadowMap, origin: DVec3) -> Allowa
     let shift = if gpu.is_lavapipe() { moved } else { 1.5 * grid + moved };
     Allowance { coverage: grid + moved, depth: rounding.z, shift }
 }
+
+/// Names the counts that are above what is allowed.
+fn above(most: usize, counts: &[(usize, &str)]) -> Vec<String> {
+    counts.iter().filter(|(count, _)| *count > most).map(|(count, what)| format!("{count} {what}")).collect()
+}

@@ -5,6 +5,7 @@ use scenes::Technique;
 use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{ClipSpace, Fit, NearDepth};
 
+use super::above;
 use super::lookup::{Found, Lookup};
 use crate::gpu::Gpu;
 use crate::pass::DepthPass;
@@ -34,18 +35,18 @@ impl Containment {
     /// What is not as it must be.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
-        let mut failures = Vec::new();
+        let mut failures = above(
+            0,
+            &[
+                (self.clipped, "corners of the body are outside of the map"),
+                (self.in_border, "texels of the border are covered"),
+                (self.wrong, "texels do not hold what is nearest to the light"),
+                (self.wrong_clamped, "texels do not hold what is nearest to the light, with depth clamp"),
+            ],
+        );
         if self.texels < 1_000 {
             failures.push(format!("only {} texels were compared", self.texels));
         }
-        let counts = [
-            (self.clipped, "corners of the body are outside of the map"),
-            (self.in_border, "texels of the border are covered"),
-            (self.wrong, "texels do not hold what is nearest to the light"),
-            (self.wrong_clamped, "texels do not hold what is nearest to the light, with depth clamp"),
-        ];
-        failures
-            .extend(counts.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}")));
         if self.slack.abs() > 0.05 {
             failures.push(format!("the body is {} texels from touching a side", self.slack));
         }

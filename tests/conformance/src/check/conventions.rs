@@ -4,6 +4,7 @@ use anyhow::Result;
 use scenes::Technique;
 use shadow_warp::{ClipSpace, DepthRange};
 
+use super::above;
 use super::lookup::Lookup;
 use super::picture::difference;
 use crate::gpu::Gpu;
@@ -49,20 +50,18 @@ impl Conventions {
     /// What is not as it must be.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
-        let mut failures = Vec::new();
+        let mut failures = above(
+            (TIES * self.texels as f64) as usize,
+            &[
+                (self.coverage, "texels are covered otherwise than in wgpu's conventions"),
+                (self.depth, "texels hold another depth than in wgpu's conventions"),
+                (self.back, "texels show back faces"),
+                (self.front, "texels show no front face"),
+            ],
+        );
         if self.texels < 10_000 {
             failures.push(format!("only {} texels were drawn", self.texels));
         }
-        let most = (TIES * self.texels as f64) as usize;
-        let counts = [
-            (self.coverage, "texels are covered otherwise than in wgpu's conventions"),
-            (self.depth, "texels hold another depth than in wgpu's conventions"),
-            (self.back, "texels show back faces"),
-            (self.front, "texels show no front face"),
-        ];
-        failures.extend(
-            counts.into_iter().filter(|(count, _)| *count > most).map(|(count, what)| format!("{count} {what}")),
-        );
         if self.lit > TIES {
             failures.push(format!("{} of the picture is lit otherwise than in wgpu's conventions", self.lit));
         }

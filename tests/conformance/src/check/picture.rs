@@ -5,6 +5,7 @@ use scenes::Technique;
 use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{Axes, ClipSpace};
 
+use super::above;
 use super::lookup::{Found, Lookup};
 use crate::gpu::Gpu;
 use crate::pass::Pixel;
@@ -35,18 +36,17 @@ impl Shadows {
     /// What is not as it must be.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
-        let mut failures = Vec::new();
+        let mut failures = above(
+            0,
+            &[
+                (self.outside, "pixels show receivers that are outside of the map"),
+                (self.acne, "pixels show surfaces that shadow themselves"),
+                (self.unexplained, "pixels are lit or dark otherwise than the map's geometry predicts"),
+            ],
+        );
         if self.pixels < LEAST_PIXELS {
             failures.push(format!("only {} pixels were compared", self.pixels));
         }
-        let counts = [
-            (self.outside, "receivers are outside of the map"),
-            (self.acne, "surfaces shadow themselves"),
-            (self.unexplained, "shadows are not as the map's geometry predicts"),
-        ];
-        failures.extend(
-            counts.into_iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} pixels: {what}")),
-        );
         if self.footprint > 1.0 + 1e-6 {
             failures.push(format!("a wrong pixel is {} half texels from its texel's centre", self.footprint));
         }
