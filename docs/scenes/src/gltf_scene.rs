@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use base64::Engine;
+use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::Source;
 use gltf::camera::Projection;
 use gltf::json::validation::Checked;
@@ -94,12 +95,27 @@ impl GltfScene {
 }
 
 fn part_triangles(part: &Primitive, buffers: &[Vec<u8>], world: &DMat4) -> Result<Vec<[DVec3; 3]>> {
-    let reader = part.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
     // A part without positions is drawn by an extension, if at all.
-    let Some(positions) = reader.read_positions() else { return Ok(Vec::new()) };
+    let Some(positions) = part.get(&Semantic::Positions) else { return Ok(Vec::new()) };
+    // What the reader takes for granted.
+    let stride = positions.view().and_then(|view| view.stride()).unwrap_or(12);
+    let is_float = positions.data_type() == DataType::F32 && positions.dimensions() == Dimensions::Vec3;
+    ensure!(
+        is_float && positions.count() > 0 && stride >= 12,
+        "POSITION must hold three floats for each of its points"
+    );
+    let reader = part.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
+    let positions = reader.read_positions().context("POSITION must lie in its buffer")?;
     let points: Vec<DVec3> = positions.map(|p| world.transform_point3(DVec3::from(p.map(f64::from)))).collect();
-    let order: Vec<usize> = match reader.read_indices() {
-        Some(indices) => indices.into_u32().map(|i| i as usize).collect(),
+    ensure!(points.iter().all(|p| p.is_finite()), "POSITION must be finite");
+    let order: Vec<usize> = match part.indices() {
+        Some(indices) => {
+            let is_whole = matches!(indices.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
+            let is_index = is_whole && indices.dimensions() == Dimensions::Scalar && indices.count() > 0;
+            ensure!(is_index, "indices must be unsigned integers");
+            let indices = reader.read_indices().context("indices must lie in their buffer")?;
+            indices.into_u32().map(|i| i as usize).collect()
+        }
         None => (0..points.len()).collect(),
     };
     let corners: Vec<[usize; 3]> = match part.mode() {

@@ -61,10 +61,10 @@ mod tests {
 
     #[test]
     fn triangles_look_outward() {
-        let half = |x: f64| (x - 1.0).abs() < 1e-12;
-        assert!(half(six_volumes(&cuboid(DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 4.0, 6.0))) / 36.0));
-        assert!(half(six_volumes(&frustum(DVec3::ONE, [1.0, 2.0], [0.0, 0.0], 3.0)) / 48.0));
-        assert!(half(six_volumes(&turned(DVec3::X, 4, &[(1.0, 0.0), (1.0, 5.0)])) / 60.0));
+        let is_one = |x: f64| (x - 1.0).abs() < 1e-12;
+        assert!(is_one(six_volumes(&cuboid(DVec3::new(1.0, 2.0, 3.0), DVec3::new(2.0, 4.0, 6.0))) / 36.0));
+        assert!(is_one(six_volumes(&frustum(DVec3::ONE, [1.0, 2.0], [0.0, 0.0], 3.0)) / 48.0));
+        assert!(is_one(six_volumes(&turned(DVec3::X, 4, &[(1.0, 0.0), (1.0, 5.0)])) / 60.0));
         let [a, b, c] = floor(DVec3::ZERO, DVec3::ONE)[0];
         assert!((b - a).cross(c - a).y > 0.0);
     }

@@ -7,7 +7,7 @@ mod lookup;
 mod picture;
 mod place;
 
-pub use containment::{Containment, containment};
+pub use containment::{Containment, containment, nearest};
 pub use conventions::{Conventions, SPACES, conventions};
 pub use far_away::{FarAway, far_away};
 pub(crate) use lookup::Lookup;
@@ -57,4 +57,9 @@ pub fn allowance(gpu: &Gpu, fit: &Fit, map: &ShadowMap, origin: DVec3) -> Allowa
 /// Names the counts that are above what is allowed.
 fn above(most: usize, counts: &[(usize, &str)]) -> Vec<String> {
     counts.iter().filter(|(count, _)| *count > most).map(|(count, what)| format!("{count} {what}")).collect()
+}
+
+/// The larger number; a number that is none is worse than any.
+pub(crate) fn worse(a: f64, b: f64) -> f64 {
+    if a > b || a.is_nan() { a } else { b }
 }

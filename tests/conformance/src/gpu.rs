@@ -90,13 +90,16 @@ impl Gpu {
         if self.name.contains("SwiftShader") { 1.0 / 16.0 } else { 1.0 / 256.0 }
     }
 
-    /// Puts triangles on the device.
-    #[must_use]
-    pub fn mesh<'a>(&self, triangles: impl IntoIterator<Item = &'a [DVec3; 3]>, origin: DVec3) -> Mesh {
+    /// Puts triangles on the device, relative to an origin.
+    ///
+    /// # Errors
+    /// If the device refuses.
+    pub fn mesh<'a>(&self, triangles: impl IntoIterator<Item = &'a [DVec3; 3]>, origin: DVec3) -> Result<Mesh> {
         let corners = triangles.into_iter().flatten();
         let positions: Vec<f32> = corners.flat_map(|p| (*p - origin).as_vec3().to_array()).collect();
-        let buffer = self.buffer(&positions, BufferUsages::VERTEX | BufferUsages::STORAGE);
-        Mesh { origin, positions, buffer }
+        ensure!(!positions.is_empty(), "there is nothing to draw");
+        let buffer = self.checked(|| Ok(self.buffer(&positions, BufferUsages::VERTEX | BufferUsages::STORAGE)))?;
+        Ok(Mesh { positions, buffer })
     }
 
     /// Draws a depth map. The matrix is for positions relative to the mesh's origin; it is rounded to `f32` here.
@@ -104,10 +107,12 @@ impl Gpu {
     /// # Errors
     /// If the device refuses.
     pub fn depth(&self, mesh: &Mesh, clip_from_scene: DMat4, pass: DepthPass, size: [u32; 2]) -> Result<DepthMap> {
-        let texture = self.target(size, TextureFormat::Depth32Float)?;
-        let job = self.job(clip_from_scene, pass.adapt());
-        self.draw(Pipeline::Depth(pass), mesh, &[], &texture, pass.cleared(), &[(0, job.as_entire_binding())])?;
-        Ok(DepthMap { pass, size, texture })
+        self.checked(|| {
+            let texture = self.target(size, TextureFormat::Depth32Float)?;
+            let job = self.job(clip_from_scene, pass.adapt());
+            self.draw(Pipeline::Depth(pass), mesh, &[], &texture, pass.cleared(), &[(0, job.as_entire_binding())])?;
+            Ok(DepthMap { pass, texture })
+        })
     }
 
     /// Returns a depth map's texels, row by row from the first one.
@@ -132,29 +137,33 @@ impl Gpu {
         shadows: &DepthMap,
         size: [u32; 2],
     ) -> Result<Vec<Option<Pixel>>> {
-        let colours = [self.target(size, TextureFormat::Rgba32Float)?, self.target(size, TextureFormat::Rgba32Float)?];
-        let depth = self.target(size, TextureFormat::Depth32Float)?;
-        let job = self.job(camera, [1.0, 1.0, 0.0, 0.0]);
-        let lookup = self.buffer(&texture_from_scene.as_mat4().to_cols_array(), BufferUsages::UNIFORM);
-        let biases = self.buffer(biases, BufferUsages::STORAGE);
-        let compare = self.device.create_sampler(&wgpu::SamplerDescriptor {
-            compare: Some(if shadows.pass.is_reversed() {
-                CompareFunction::GreaterEqual
-            } else {
-                CompareFunction::LessEqual
-            }),
-            ..Default::default()
-        });
-        let map = shadows.texture.create_view(&Default::default());
-        let bindings = [
-            (0, job.as_entire_binding()),
-            (3, lookup.as_entire_binding()),
-            (4, biases.as_entire_binding()),
-            (5, wgpu::BindingResource::TextureView(&map)),
-            (6, wgpu::BindingResource::Sampler(&compare)),
-        ];
-        // The camera's depth is reversed.
-        self.draw(Pipeline::Lit, mesh, &colours, &depth, 0.0, &bindings)?;
+        let colours = self.checked(|| {
+            let colours =
+                [self.target(size, TextureFormat::Rgba32Float)?, self.target(size, TextureFormat::Rgba32Float)?];
+            let depth = self.target(size, TextureFormat::Depth32Float)?;
+            let job = self.job(camera, [1.0, 1.0, 0.0, 0.0]);
+            let lookup = self.buffer(&texture_from_scene.as_mat4().to_cols_array(), BufferUsages::UNIFORM);
+            let biases = self.buffer(biases, BufferUsages::STORAGE);
+            let compare = self.device.create_sampler(&wgpu::SamplerDescriptor {
+                compare: Some(if shadows.pass.is_reversed() {
+                    CompareFunction::GreaterEqual
+                } else {
+                    CompareFunction::LessEqual
+                }),
+                ..Default::default()
+            });
+            let map = shadows.texture.create_view(&Default::default());
+            let bindings = [
+                (0, job.as_entire_binding()),
+                (3, lookup.as_entire_binding()),
+                (4, biases.as_entire_binding()),
+                (5, wgpu::BindingResource::TextureView(&map)),
+                (6, wgpu::BindingResource::Sampler(&compare)),
+            ];
+            // The camera's depth is reversed.
+            self.draw(Pipeline::Lit, mesh, &colours, &depth, 0.0, &bindings)?;
+            Ok(colours)
+        })?;
         let [places, changes] = colours;
         let places = self.read_texture(&places, wgpu::TextureAspect::All, 4)?;
         let changes = self.read_texture(&changes, wgpu::TextureAspect::All, 4)?;
@@ -204,7 +213,7 @@ impl Gpu {
         cleared: f32,
         bindings: &[(u32, wgpu::BindingResource)],
     ) -> Result<()> {
-        let pipeline = self.pipeline(pipeline)?;
+        let pipeline = self.pipeline(pipeline);
         let group = self.bind(&pipeline.get_bind_group_layout(0), bindings);
         let views: Vec<_> = colours.iter().map(|texture| texture.create_view(&Default::default())).collect();
         let colours: Vec<_> = views
@@ -240,11 +249,24 @@ impl Gpu {
         Ok(())
     }
 
+    /// Turns what the device refuses into an error.
+    fn checked<T>(&self, job: impl FnOnce() -> Result<T>) -> Result<T> {
+        let invalid = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let too_large = self.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let done = job();
+        for scope in [too_large, invalid] {
+            if let Some(error) = pollster::block_on(scope.pop()) {
+                return Err(anyhow!("the device refuses: {error}"));
+            }
+        }
+        done
+    }
+
     /// A pipeline is made once.
-    fn pipeline(&self, kind: Pipeline) -> Result<wgpu::RenderPipeline> {
+    fn pipeline(&self, kind: Pipeline) -> wgpu::RenderPipeline {
         let mut pipelines = self.pipelines.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(pipeline) = pipelines.get(&kind) {
-            return Ok(pipeline.clone());
+            return pipeline.clone();
         }
         let (pass, vertex) = match kind {
             Pipeline::Depth(pass) => (pass, "depth_vertex"),
@@ -252,7 +274,6 @@ impl Gpu {
         };
         let targets = [(); 2].map(|()| Some(TextureFormat::Rgba32Float.into()));
         let attributes = wgpu::vertex_attr_array![0 => Float32x3];
-        let scope = self.device.push_error_scope(wgpu::ErrorFilter::Validation);
         let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: None,
             layout: None,
@@ -289,10 +310,7 @@ impl Gpu {
             multiview_mask: None,
             cache: None,
         });
-        if let Some(error) = pollster::block_on(scope.pop()) {
-            return Err(anyhow!("{error}"));
-        }
-        Ok(pipelines.entry(kind).or_insert(pipeline).clone())
+        pipelines.entry(kind).or_insert(pipeline).clone()
     }
 
     fn job(&self, clip_from_scene: DMat4, adapt: [f32; 4]) -> wgpu::Buffer {

@@ -54,8 +54,9 @@ fn run(cli: &Cli) -> Result<bool> {
     for path in &cli.scenes {
         models.push(Model::from_gltf(path).with_context(|| path.display().to_string())?.0);
     }
+    let gpu = Gpu::open()?;
     for model in [vec![Model::ground()], models.clone()].concat() {
-        draw(&Gpu::open()?, model, &cli.pictures)?;
+        draw(&gpu, model, &cli.pictures)?;
     }
     let others = models.into_iter().map(Stage::new).collect::<Result<Vec<Stage>>>()?;
     println!("{INTRODUCTION}");
@@ -245,7 +246,7 @@ fn changes(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Tabl
                 pairs += found.count();
                 let [median, most, all] = [0.5, 0.99, 1.0].map(|share| found.quantile(share));
                 let values = [median, most, all, found.texels, found.of_allowed];
-                worst = std::array::from_fn(|i| f64::max(worst[i], values[i]));
+                worst = std::array::from_fn(|i| if worst[i] > values[i] { worst[i] } else { values[i] });
             }
             Ok((pairs, worst))
         };
@@ -266,7 +267,7 @@ fn interfaces(gpu: &Gpu, stage: &Stage) -> Result<Table> {
          rasteriser's grid, and belong to another face when rows run the other way.",
         &["conventions", "texels", "coverage", "depth", "lit", "back faces", "no front face"],
     );
-    let technique = &TECHNIQUES[1];
+    let technique = TECHNIQUES.iter().find(|technique| technique.name == "lispsm").context("LiSPSM is a technique")?;
     for (name, space) in SPACES {
         let found = conventions(gpu, stage, technique, space, 256)?;
         table.check(&format!("conventions, {name}"), found.failures());
@@ -304,7 +305,7 @@ fn scenes_by_name<'a>(grounds: &'a [(f64, Stage)], others: &'a [Stage]) -> Vec<(
     grounds.chain(others.iter().map(|stage| (stage.model.name.clone(), stage))).collect()
 }
 
-/// Two significant digits.
+/// Two significant digits or more.
 fn short(x: f64) -> String {
     match x {
         0.0 => "0".to_owned(),

@@ -46,18 +46,11 @@ impl DepthPass {
 
 /// Triangles on the device, relative to an origin and rounded to `f32`.
 pub struct Mesh {
-    pub(crate) origin: DVec3,
     pub(crate) positions: Vec<f32>,
     pub(crate) buffer: wgpu::Buffer,
 }
 
 impl Mesh {
-    /// What positions are relative to.
-    #[must_use]
-    pub fn origin(&self) -> DVec3 {
-        self.origin
-    }
-
     /// The corners as the device has them, relative to the origin.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> + '_ {
         self.positions.chunks_exact(3).map(|p| DVec3::new(p[0].into(), p[1].into(), p[2].into()))
@@ -72,8 +65,6 @@ impl Mesh {
 pub struct DepthMap {
     /// How it was drawn.
     pub pass: DepthPass,
-    /// `[width, height]`.
-    pub size: [u32; 2],
     pub(crate) texture: wgpu::Texture,
 }
 

@@ -120,7 +120,7 @@ pub fn pictures(gpu: &Gpu, stage: &Stage, technique: &Technique) -> Result<Pictu
     let longer = map.size()[0].max(map.size()[1]);
     let size = map.size().map(|side| (side * DEPTH_SIDE / longer).max(1));
     let clip_from_eye = map.clip_from_world_at(eye, ClipSpace::WGPU);
-    let depths = gpu.read(&gpu.depth(&stage.mesh(gpu, eye), clip_from_eye, DepthPass::WGPU, size)?)?;
+    let depths = gpu.read(&gpu.depth(&stage.mesh(gpu, eye)?, clip_from_eye, DepthPass::WGPU, size)?)?;
     let drawn = || depths.iter().copied().filter(|&depth| depth < 1.0);
     let (least, most) = drawn().fold((1.0, 0.0), |(low, high), depth| (f32::min(low, depth), f32::max(high, depth)));
     let grey = |&depth: &f32| {

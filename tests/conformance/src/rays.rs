@@ -51,9 +51,9 @@ impl BHShape<f64, 3> for Shape {
 impl Rays {
     /// Sorts a scene's triangles.
     #[must_use]
-    pub fn new(triangles: &[[DVec3; 3]]) -> Self {
-        let shape = |(index, &corners): (usize, &[DVec3; 3])| Shape { corners, index, node: 0 };
-        let mut shapes: Vec<Shape> = triangles.iter().enumerate().map(shape).collect();
+    pub fn new(triangles: impl Iterator<Item = [DVec3; 3]>) -> Self {
+        let shape = |(index, corners)| Shape { corners, index, node: 0 };
+        let mut shapes: Vec<Shape> = triangles.enumerate().map(shape).collect();
         let tree = Bvh::build(&mut shapes);
         Self { shapes, tree }
     }
@@ -76,10 +76,8 @@ impl Rays {
     }
 
     fn candidates(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = &Shape> {
-        let mut candidates = Vec::new();
         let ray = Ray::new(point(origin), Vector3::from(direction.to_array()));
-        candidates.extend(self.tree.traverse_iterator(&ray, &self.shapes));
-        candidates.into_iter()
+        self.tree.traverse(&ray, &self.shapes).into_iter()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::sync::OnceLock;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use scenes::{Job, Model, Technique};
 use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{Body, Bounds, Error, Fit, Rule, ShadowMap};
@@ -26,8 +26,7 @@ pub struct Stage {
     pub receivers: [Body; 1],
     /// The planes of the triangles.
     pub facets: Vec<Facet>,
-    /// The scene's triangles, for rays.
-    pub rays: Rays,
+    rays: OnceLock<Rays>,
     truth: OnceLock<Vec<Option<Seen>>>,
 }
 
@@ -64,11 +63,14 @@ impl Stage {
     pub fn with_picture(model: Model, picture: [u32; 2]) -> Result<Self> {
         let mut job = model.scene.validated()?;
         job.viewport = picture;
+        let count = model.triangles.len();
+        // Their numbers are floats in the picture.
+        ensure!(0 < count && count < 1 << 24, "the scene must have from one to {} triangles", (1 << 24) - 1);
+        ensure!(model.triangles.as_flattened().iter().all(|p| p.is_finite()), "the scene's triangles must be finite");
         let eye = job.view.eye();
-        let triangles: Vec<_> = model.triangles.iter().map(|corners| corners.map(|p| p - eye)).collect();
-        let facets = triangles.iter().map(|&corners| Facet::of(corners)).collect();
+        let facets = model.triangles.iter().map(|corners| Facet::of(corners.map(|p| p - eye))).collect();
         let receivers = [job.seen()];
-        Ok(Self { model, job, receivers, facets, rays: Rays::new(&triangles), truth: OnceLock::new() })
+        Ok(Self { model, job, receivers, facets, rays: OnceLock::new(), truth: OnceLock::new() })
     }
 
     /// Returns the camera with the size of its pictures.
@@ -91,9 +93,18 @@ impl Stage {
         Ok(self.job.light.as_directional()?.to_light())
     }
 
-    /// Puts the scene on a device, relative to an origin in world space.
+    /// Returns the scene's triangles, ready for rays.
     #[must_use]
-    pub fn mesh(&self, gpu: &Gpu, origin: DVec3) -> Mesh {
+    pub fn rays(&self) -> &Rays {
+        let eye = self.job.view.eye();
+        self.rays.get_or_init(|| Rays::new(self.model.triangles.iter().map(|corners| corners.map(|p| p - eye))))
+    }
+
+    /// Puts the scene on a device, relative to an origin in world space.
+    ///
+    /// # Errors
+    /// If the device refuses.
+    pub fn mesh(&self, gpu: &Gpu, origin: DVec3) -> Result<Mesh> {
         gpu.mesh(&self.model.triangles, origin)
     }
 
@@ -138,7 +149,7 @@ impl Stage {
         let [origin, direction] = self.camera().ray(pixel);
         let view = &self.job.view;
         // Along the forward axis a ray advances by one unit of its direction.
-        let hit = self.rays.first(origin, direction, view.near())?;
+        let hit = self.rays().first(origin, direction, view.near())?;
         let point = origin + direction * hit.distance;
         let (low, high) = (self.job.receivers.min() - view.eye(), self.job.receivers.max() - view.eye());
         let rounding = 1e-12 * (1.0 + low.abs().max(high.abs()).max_element());
@@ -149,7 +160,7 @@ impl Stage {
         // The side that is seen counts.
         let normal = self.facets[hit.triangle].normal;
         let facing = -normal.dot(direction).signum() * normal.dot(to_light);
-        let shadowed = || self.rays.is_blocked(point, to_light, 1e-9 * (1.0 + point.abs().max_element()));
+        let shadowed = || self.rays().is_blocked(point, to_light, 1e-9 * (1.0 + point.abs().max_element()));
         Some(Seen { triangle: hit.triangle, pixel, point, shadowed: (facing > GRAZING).then(shadowed) })
     }
 }

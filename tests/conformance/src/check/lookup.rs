@@ -27,7 +27,7 @@ pub(crate) struct Lookup<'a> {
     pub(super) rounding: f64,
     /// How far the device may be from the middle of a pixel with the position that it interpolates, in pixels.
     camera: f64,
-    /// Longer than the scene.
+    /// Nothing of the scene is further from the eye.
     far: f64,
 }
 
@@ -61,7 +61,7 @@ impl<'a> Lookup<'a> {
         // A surface along the light has none; it is not asked for.
         let bias = |drawn: &Option<Drawn>| drawn.map_or(2.0, |drawn| least(drawn.slope()).min(2.0));
         let biases = drawn.iter().map(bias).collect();
-        let size = |bounds: &shadow_warp::Bounds| bounds.max() - bounds.min();
+        let reach = |bounds: &shadow_warp::Bounds| (bounds.min() - eye).abs().max((bounds.max() - eye).abs()).length();
         Ok(Self {
             stage,
             map,
@@ -74,7 +74,7 @@ impl<'a> Lookup<'a> {
             rounding: fit.rounding(map, eye).truncate().length() + corner.max_element() * f64::from(f32::EPSILON),
             // Where positions are rounded before they are interpolated, so are those of clipped corners.
             camera: if gpu.is_lavapipe() { 4e-4 } else { 2.0 * gpu.grid() },
-            far: (size(&stage.job.casters) + size(&stage.job.receivers)).length(),
+            far: reach(&stage.job.casters).max(reach(&stage.job.receivers)),
         })
     }
 
@@ -86,7 +86,7 @@ impl<'a> Lookup<'a> {
     /// The lit picture, through a map in the conventions of an interface.
     pub(crate) fn draw(&self, gpu: &Gpu, space: ClipSpace) -> Result<Vec<Option<Pixel>>> {
         let eye = self.stage.job.view.eye();
-        let (mesh, camera) = (self.stage.mesh(gpu, eye), self.stage.camera());
+        let (mesh, camera) = (self.stage.mesh(gpu, eye)?, self.stage.camera());
         let pass = DepthPass { space, ..DepthPass::WGPU };
         let shadows = gpu.depth(&mesh, self.map.clip_from_world_at(eye, space), pass, self.map.size())?;
         // Towards the light is towards greater depth where depth is reversed.
@@ -104,7 +104,7 @@ impl<'a> Lookup<'a> {
     /// What is nearest to the light on its ray through a place, by rays.
     pub(super) fn first(&self, texel: DVec2) -> Found {
         let start = self.on_ray(texel) + self.to_light * self.far;
-        let Some(hit) = self.stage.rays.first(start, -self.to_light, 0.0) else { return Found::CLEARED };
+        let Some(hit) = self.stage.rays().first(start, -self.to_light, 0.0) else { return Found::CLEARED };
         let met = self.projection.place(start - self.to_light * hit.distance).texel;
         let found = self.on(hit.triangle, texel).unwrap_or(Found::CLEARED);
         Found { off_ray: (met - texel).length(), ..found }
@@ -126,6 +126,11 @@ impl<'a> Lookup<'a> {
         }
         candidates.retain(|found| found.depth - found.error <= hidden_from);
         candidates
+    }
+
+    /// How depth changes on a triangle's plane from texel to texel, both ways together.
+    pub(super) fn slope(&self, triangle: usize) -> f64 {
+        self.drawn[triangle].map_or(f64::INFINITY, |drawn| drawn.slope().abs().element_sum())
     }
 
     /// A triangle's plane at a place, with a depth that a buffer can hold.

@@ -5,8 +5,8 @@ use scenes::Technique;
 use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::{Axes, ClipSpace};
 
-use super::above;
 use super::lookup::{Found, Lookup};
+use super::{above, worse};
 use crate::gpu::Gpu;
 use crate::pass::Pixel;
 use crate::stage::{Seen, Stage};
@@ -24,8 +24,8 @@ pub struct Shadows {
     pub contact: usize,
     /// Dark pixels that only their own surface shadows.
     pub acne: usize,
-    /// The furthest that such a point lies from its texel's centre along the warp, over half of the texel extent that the
-    /// crate predicts, and the device's error.
+    /// The furthest that a wrong point lies from its texel's centre along the warp, over half of the texel extent that the
+    /// crate predicts, and the device's error. Not on axes of their own, where a texel lies askew.
     pub footprint: f64,
     /// Pixels, wrong or right, that are not as the map's geometry predicts, or whose ray of light is not one place of the map
     /// all along.
@@ -47,8 +47,15 @@ impl Shadows {
         if self.pixels < LEAST_PIXELS {
             failures.push(format!("only {} pixels were compared", self.pixels));
         }
-        if self.footprint > 1.0 + 1e-6 {
-            failures.push(format!("a wrong pixel is {} half texels from its texel's centre", self.footprint));
+        let (pixels, wrong) = (self.pixels as f64, self.wrong());
+        if !(wrong <= MOST_WRONG && self.contact as f64 <= MOST_IN_CONTACT * pixels) {
+            failures.push(format!("{wrong} of the pixels are wrong, {} of {pixels} in contact", self.contact));
+        }
+        // Of many wrong pixels, some are near the ends of their texels.
+        let is_telling = self.footprint > 0.0 && wrong * pixels > 60.0;
+        if !(self.footprint <= 1.0 + 1e-6 && (self.footprint > 0.8 || !is_telling)) {
+            failures
+                .push(format!("the furthest wrong pixel is {} half texels from its texel's centre", self.footprint));
         }
         failures
     }
@@ -62,6 +69,10 @@ impl Shadows {
 
 /// A picture with fewer shows nothing.
 const LEAST_PIXELS: usize = 5_000;
+/// The shares of pixels that are wrong at most in any of the scenes, with room: an avenue to the horizon without warp has
+/// 0.029, and 0.008 in contact.
+const MOST_WRONG: f64 = 0.05;
+const MOST_IN_CONTACT: f64 = 0.02;
 
 /// Errors of the changes of the shadow's coordinates from pixel to pixel.
 #[derive(Clone, Debug, Default)]
@@ -82,7 +93,8 @@ impl Changes {
         if self.count() < LEAST_PIXELS {
             failures.push(format!("only {} changes were measured", self.count()));
         }
-        if self.of_allowed > 1.0 {
+        let all = [self.of_allowed, self.texels, self.quantile(1.0)];
+        if !(self.of_allowed <= 1.0 && all.iter().all(|x| x.is_finite())) {
             failures
                 .push(format!("a change is off by {} texels, {} times what is allowed", self.texels, self.of_allowed));
         }
@@ -146,7 +158,11 @@ impl Lookup<'_> {
         let slack = self.allowance.coverage;
         let centre_of = |place: DVec2| place.floor().clamp(DVec2::ZERO, limit - 1.0) + 0.5;
         let reference = f64::from(pixel.place[2]) - self.biases[seen.triangle];
-        let is_near = (place.texel - looked_at).length() <= slack + self.drift(facet, seen.pixel);
+        let drift = self.drift(facet, seen.pixel);
+        let depth_off = (f64::from(pixel.place[2]) - place.depth).abs();
+        let depth_room = self.allowance.depth + f64::from(f32::EPSILON) + self.slope(seen.triangle) * (slack + drift);
+        let is_near =
+            drift.is_finite() && (place.texel - looked_at).length() <= slack + drift && depth_off <= depth_room;
         let decides = |found: &Found| (reference <= found.depth) == pixel.lit;
         let at_centre = self.first(centre_of(looked_at));
         let found = if decides(&at_centre) {
@@ -178,15 +194,14 @@ impl Lookup<'_> {
             &mut shadows.edge
         };
         *count += 1;
-        let centre = self.projection.on(facet, centre_of(looked_at));
-        let point = self.projection.on(facet, looked_at);
-        let along = (centre - point).dot(self.map.light_space().z).abs();
-        let extent = |q: DVec3| {
-            let [s, t] = self.map.texel_extent(q + self.stage.job.view.eye());
-            // Along axes of its own, each side of a texel has a part along the warp.
-            if self.axes == Axes::View { t } else { s + t }
-        };
-        shadows.footprint = shadows.footprint.max(along / ((0.5 + slack) * extent(centre).max(extent(point))));
+        if self.axes == Axes::View {
+            let centre = self.projection.on(facet, centre_of(looked_at));
+            let point = self.projection.on(facet, looked_at);
+            let along = (centre - point).dot(self.map.light_space().z).abs();
+            let extent = |q: DVec3| self.map.texel_extent(q + self.stage.job.view.eye())[1];
+            let longer = extent(centre).max(extent(point));
+            shadows.footprint = worse(along / ((0.5 + slack) * longer), shadows.footprint);
+        }
     }
 
     /// The changes of the shadow's coordinates within the pairs of pixels that show one triangle. A difference is the
@@ -216,8 +231,8 @@ impl Lookup<'_> {
                 let error = (measured - difference).length();
                 // Either end is displaced, by the map's rounding and by the camera's.
                 let drift = self.drift(facet, a.pixel) + self.drift(facet, b.pixel);
-                changes.texels = changes.texels.max(error);
-                changes.of_allowed = changes.of_allowed.max(error / (2.0 * self.rounding + 2.0 * drift));
+                changes.texels = worse(error, changes.texels);
+                changes.of_allowed = worse(error / (2.0 * self.rounding + 2.0 * drift), changes.of_allowed);
             }
         }
         changes.relative.sort_by(f64::total_cmp);

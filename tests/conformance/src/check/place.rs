@@ -56,7 +56,7 @@ pub fn place(
 ) -> Result<(Agreement, Allowance)> {
     let (fit, map) = stage.solve_rule(technique, rule, size)?;
     let origin = origin.of(stage, &map);
-    let mesh = gpu.mesh(&random_triangles(stage, &map), origin);
+    let mesh = gpu.mesh(&random_triangles(stage, &map), origin)?;
     let drawn = gpu.depth(&mesh, map.clip_from_world_at(origin, ClipSpace::WGPU), DepthPass::WGPU, map.size())?;
     let found = gpu.read(&drawn)?;
     // The positions that the device was given, exactly.
