@@ -49,12 +49,14 @@ impl Gpu {
         Self::new(adapter)
     }
 
-    /// Opens every adapter.
+    /// Opens every adapter, lavapipe first.
     ///
     /// # Errors
     /// [`NO_DRIVER`] where there is none.
     pub fn all() -> Result<Vec<Self>> {
-        adapters()?.iter().map(Self::new).collect()
+        let mut all = adapters()?.iter().map(Self::new).collect::<Result<Vec<Self>>>()?;
+        all.sort_by_key(|gpu| !gpu.is_lavapipe());
+        Ok(all)
     }
 
     fn new(adapter: &wgpu::Adapter) -> Result<Self> {
