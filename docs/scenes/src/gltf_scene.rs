@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use base64::Engine;
-use gltf::accessor::{DataType, Dimensions};
+use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::Source;
 use gltf::camera::Projection;
 use gltf::json::validation::Checked;
@@ -85,10 +85,16 @@ impl GltfScene {
             Source::Bin => self.blob.clone().with_context(|| format!("{}: the file holds no data", name())),
             Source::Uri(uri) => match uri.strip_prefix("data:") {
                 Some(rest) => {
-                    let (_, data) = rest.split_once(";base64,").with_context(name)?;
+                    let (_, data) =
+                        rest.split_once(";base64,").with_context(|| format!("{}: must be base64", name()))?;
                     base64::engine::general_purpose::STANDARD.decode(data).with_context(name)
                 }
-                None => std::fs::read(self.folder.join(uri)).with_context(|| format!("{}: {uri}", name())),
+                None => {
+                    let name = || format!("{}: {uri}", name());
+                    let path = self.folder.join(&*urlencoding::decode(uri).with_context(name)?);
+                    ensure!(std::fs::metadata(&path).with_context(name)?.is_file(), "{} must be a file", name());
+                    std::fs::read(path).with_context(name)
+                }
             },
         }
     }
@@ -97,13 +103,9 @@ impl GltfScene {
 fn part_triangles(part: &Primitive, buffers: &[Vec<u8>], world: &DMat4) -> Result<Vec<[DVec3; 3]>> {
     // A part without positions is drawn by an extension, if at all.
     let Some(positions) = part.get(&Semantic::Positions) else { return Ok(Vec::new()) };
-    // What the reader takes for granted.
-    let stride = positions.view().and_then(|view| view.stride()).unwrap_or(12);
+    // The reader takes these for granted.
     let is_float = positions.data_type() == DataType::F32 && positions.dimensions() == Dimensions::Vec3;
-    ensure!(
-        is_float && positions.count() > 0 && stride >= 12,
-        "POSITION must hold three floats for each of its points"
-    );
+    ensure!(is_float && is_readable(&positions), "POSITION must be floats in threes, in their buffer view");
     let reader = part.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
     let positions = reader.read_positions().context("POSITION must lie in its buffer")?;
     let points: Vec<DVec3> = positions.map(|p| world.transform_point3(DVec3::from(p.map(f64::from)))).collect();
@@ -111,8 +113,8 @@ fn part_triangles(part: &Primitive, buffers: &[Vec<u8>], world: &DMat4) -> Resul
     let order: Vec<usize> = match part.indices() {
         Some(indices) => {
             let is_whole = matches!(indices.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
-            let is_index = is_whole && indices.dimensions() == Dimensions::Scalar && indices.count() > 0;
-            ensure!(is_index, "indices must be unsigned integers");
+            let is_index = is_whole && indices.dimensions() == Dimensions::Scalar;
+            ensure!(is_index && is_readable(&indices), "indices must be unsigned integers, in their buffer view");
             let indices = reader.read_indices().context("indices must lie in their buffer")?;
             indices.into_u32().map(|i| i as usize).collect()
         }
@@ -138,6 +140,19 @@ fn part_triangles(part: &Primitive, buffers: &[Vec<u8>], world: &DMat4) -> Resul
         Ok([point(a)?, point(b)?, point(c)?])
     };
     corners.into_iter().map(triangle).collect()
+}
+
+/// Whether an accessor has elements, not too many, and they lie in its buffer view.
+fn is_readable(accessor: &Accessor) -> bool {
+    const MOST: usize = 1 << 26;
+    let (count, size) = (accessor.count(), accessor.size());
+    let fits = |view: gltf::buffer::View| {
+        let stride = view.stride().unwrap_or(size);
+        let end = stride.checked_mul(count - 1)?.checked_add(size)?.checked_add(accessor.offset())?;
+        Some(stride >= size && end <= view.length() && view.offset().checked_add(view.length())? <= isize::MAX as usize)
+    };
+    let is_sparse_enough = accessor.sparse().is_none_or(|sparse| (1..=count).contains(&sparse.count()));
+    (1..=MOST).contains(&count) && is_sparse_enough && accessor.view().is_none_or(|view| fits(view) == Some(true))
 }
 
 impl Found {
@@ -176,7 +191,12 @@ impl Found {
 }
 
 fn open(path: &Path) -> Result<(gltf::Document, Option<Vec<u8>>)> {
-    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(&std::fs::read(path)?)?;
+    let bytes = std::fs::read(path)?;
+    // A binary file's header says how long the file is, itself included; the reader takes that for granted.
+    let is_binary = bytes.starts_with(b"glTF");
+    let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
+    ensure!(!is_binary || length.is_some_and(|length| length >= 12), "the file is shorter than its header");
+    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(&bytes)?;
     let root = document.into_json();
     // The validation that follows looks positions up before it checks that they are there.
     for (i, mesh) in root.meshes.iter().enumerate() {

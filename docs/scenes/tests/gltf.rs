@@ -80,9 +80,15 @@ fn what_is_not_there_is_named() {
         ("/buffers/0/uri", json!(format!("data:application/octet-stream;base64,{nan}")), "POSITION must be finite"),
         ("/buffers/0/uri", Value::Null, "buffers[0]"),
         ("/bufferViews/1/byteOffset", json!(400), "indices must lie in their buffer"),
-        ("/bufferViews/0/byteStride", json!(8), "POSITION must hold three floats"),
-        ("/accessors/0/componentType", json!(5123), "POSITION must hold three floats"),
+        ("/bufferViews/0/byteStride", json!(8), "POSITION must be floats in threes"),
+        ("/accessors/0/componentType", json!(5123), "POSITION must be floats in threes"),
         ("/accessors/0/count", json!(3), "index 3 is beyond the positions"),
+        ("/accessors/0/count", json!(0), "POSITION must be floats in threes"),
+        ("/accessors/0/count", json!(1_u64 << 40), "POSITION must be floats in threes"),
+        ("/accessors/0/byteOffset", json!(u64::MAX), "POSITION must be floats in threes"),
+        ("/accessors/1/count", json!(7), "indices must be unsigned integers"),
+        ("/buffers/0/uri", json!("."), "must be a file"),
+        ("/buffers/0/uri", json!("data:text/plain,x"), "must be base64"),
         ("/accessors/1/componentType", json!(5126), "indices must be unsigned integers"),
     ];
     for (path, value, names) in cases {

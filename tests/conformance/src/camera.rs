@@ -12,8 +12,8 @@ pub struct Camera<'a> {
     pub view: &'a View,
     /// `[width, height]` in pixels.
     pub size: [u32; 2],
-    /// Beyond everything that is to be drawn without perspective.
-    pub far: f64,
+    /// Around everything that is to be drawn without perspective.
+    pub depth: [f64; 2],
 }
 
 impl Camera<'_> {
@@ -28,7 +28,7 @@ impl Camera<'_> {
         let depth = if view.is_perspective() {
             one * view.near()
         } else {
-            (self.far * one - forward) / (self.far - view.near())
+            (self.depth[1] * one - forward) / (self.depth[1] - self.depth[0])
         };
         DMat4::from_cols(across(view.right(), s.left, s.right), across(view.up(), s.bottom, s.top), depth, w)
             .transpose()

@@ -1,5 +1,6 @@
 //! Measures every technique on every rasteriser that there is, and prints the tables of `docs/conformance.md`.
 
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -59,15 +60,16 @@ fn run(cli: &Cli) -> Result<bool> {
         draw(&gpu, model, &cli.pictures)?;
     }
     let others = models.into_iter().map(Stage::new).collect::<Result<Vec<Stage>>>()?;
-    println!("{INTRODUCTION}");
+    let mut out = std::io::stdout().lock();
+    writeln!(out, "{INTRODUCTION}")?;
     let mut passes = true;
     for gpu in &gpus {
         let (text, failures) = report(gpu, &others)?;
         passes &= failures.is_empty();
         let verdict = if failures.is_empty() { "Every check passes.\n" } else { "Failures:\n\n" };
-        println!("## {}\n\n{verdict}{failures}{text}", gpu.name);
+        writeln!(out, "## {}\n\n{verdict}{failures}{text}", gpu.name)?;
     }
-    println!("{MUTANTS}");
+    writeln!(out, "{MUTANTS}")?;
     Ok(passes)
 }
 

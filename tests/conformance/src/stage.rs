@@ -77,12 +77,13 @@ impl Stage {
     #[must_use]
     pub fn camera(&self) -> Camera<'_> {
         let view = &self.job.view;
-        let deepest = |bounds: &Bounds| {
-            let (low, high) = (bounds.min() - view.eye(), bounds.max() - view.eye());
-            (low * view.forward()).max(high * view.forward()).element_sum()
+        let depths = |bounds: &Bounds| {
+            let [low, high] = [bounds.min(), bounds.max()].map(|corner| (corner - view.eye()) * view.forward());
+            [low.min(high).element_sum(), low.max(high).element_sum()]
         };
-        let far = deepest(&self.job.casters).max(deepest(&self.job.receivers));
-        Camera { view, size: self.job.viewport, far: far.max(view.near()) + 1.0 }
+        let [a, b] = [&self.job.casters, &self.job.receivers].map(depths);
+        let near = a[0].min(b[0]).max(view.near());
+        Camera { view, size: self.job.viewport, depth: [near, a[1].max(b[1]).max(near) + 1.0] }
     }
 
     /// Returns the unit vector towards the light.
