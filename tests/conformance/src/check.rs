@@ -11,7 +11,7 @@ pub use containment::{Containment, containment, nearest};
 pub use conventions::{Conventions, SPACES, conventions};
 pub use far_away::{FarAway, far_away};
 pub(crate) use lookup::Lookup;
-pub use picture::{Changes, Shadows, picture};
+pub use picture::{Changes, Shadows, changes, shadows};
 pub use place::{Origin, place};
 
 use scenes::Model;

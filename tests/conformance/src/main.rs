@@ -7,7 +7,8 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use clap::Parser;
 use conformance::check::{
-    ANGLES, Containment, Origin, SIZES, SPACES, Shadows, containment, conventions, far_away, ground_at, picture, place,
+    ANGLES, Containment, Origin, SIZES, SPACES, Shadows, changes, containment, conventions, far_away, ground_at, place,
+    shadows,
 };
 use conformance::gpu::Gpu;
 use conformance::pictures::{Image, Pictures, pictures};
@@ -113,8 +114,8 @@ fn report(gpu: &Gpu, others: &[Stage]) -> Result<(String, String)> {
         places(gpu, &grounds)?,
         strong_warps(gpu, &grounds[0].1)?,
         clipping(gpu, &grounds, others)?,
-        shadows(gpu, &grounds, others)?,
-        changes(gpu, &grounds, others)?,
+        wrong_pixels(gpu, &grounds, others)?,
+        derivatives(gpu, &grounds, others)?,
         interfaces(gpu, &grounds[1].1)?,
         distances(gpu)?,
     ];
@@ -196,7 +197,7 @@ fn clipping(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Tab
     Ok(table)
 }
 
-fn shadows(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
+fn wrong_pixels(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
     let scenes = scenes_by_name(grounds, others);
     let names: Vec<&str> = scenes.iter().map(|(name, _)| name.as_str()).collect();
     let mut table = Table::new(
@@ -212,7 +213,7 @@ fn shadows(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Tabl
         for (name, stage) in &scenes {
             let sizes = if stage.model.name == "ground" { &SIZES[..] } else { &[1024] };
             for &size in sizes {
-                let (found, _) = picture(gpu, stage, technique, size)?;
+                let found = shadows(gpu, stage, technique, size)?;
                 table.check(&format!("shadows, {}, {name}, {size}", technique.name), found.failures());
                 if size == 1024 {
                     row.push(format!("{:.0}", 1e4 * found.wrong()));
@@ -230,7 +231,7 @@ fn shadows(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Tabl
     Ok(table)
 }
 
-fn changes(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
+fn derivatives(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
     let mut table = Table::new(
         "Aliasing",
         "The derivatives of the shadow's coordinates, as `dpdxFine` and `dpdyFine` measure them, against their closed form half-way \
@@ -243,7 +244,7 @@ fn changes(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Tabl
         let worst = |stages: &mut dyn Iterator<Item = &Stage>, table: &mut Table| -> Result<(usize, [f64; 5])> {
             let (mut pairs, mut worst) = (0, [0.0; 5]);
             for stage in stages {
-                let (_, found) = picture(gpu, stage, technique, 1024)?;
+                let found = changes(gpu, stage, technique, 1024)?;
                 table.check(&format!("aliasing, {}, {}", technique.name, stage.model.name), found.failures());
                 pairs += found.count();
                 let [median, most, all] = [0.5, 0.99, 1.0].map(|share| found.quantile(share));
@@ -270,12 +271,11 @@ fn interfaces(gpu: &Gpu, stage: &Stage) -> Result<Table> {
         &["conventions", "texels", "coverage", "depth", "lit", "back faces", "no front face"],
     );
     let technique = TECHNIQUES.iter().find(|technique| technique.name == "lispsm").context("LiSPSM is a technique")?;
-    for (name, space) in SPACES {
-        let found = conventions(gpu, stage, technique, space, 256)?;
+    for ((name, _), found) in SPACES.iter().zip(conventions(gpu, stage, technique, 256)?) {
         table.check(&format!("conventions, {name}"), found.failures());
         let [texels, coverage, depth, back, front] =
             [found.texels, found.coverage, found.depth, found.back, found.front].map(|count| count.to_string());
-        table.row(&[name.to_owned(), texels, coverage, depth, short(found.lit), back, front]);
+        table.row(&[(*name).to_owned(), texels, coverage, depth, short(found.lit), back, front]);
     }
     Ok(table)
 }

@@ -5,7 +5,7 @@ use std::process::Command;
 use std::sync::LazyLock;
 
 use conformance::check::{
-    ANGLES, Origin, SIZES, SPACES, containment, conventions, far_away, ground_at, nearest, picture, place,
+    ANGLES, Origin, SIZES, SPACES, changes, containment, conventions, far_away, ground_at, nearest, place, shadows,
 };
 use conformance::gpu::{Gpu, NO_DRIVER};
 use conformance::stage::Stage;
@@ -129,28 +129,41 @@ fn shadows_are_as_predicted() {
     let mut failures = Failures::default();
     every_ground(|name, stage, technique| {
         for size in SIZES {
+            let found = shadows(&GPU, stage, technique, size).unwrap();
+            failures.add(&format!("{name}, {size} texels"), found.failures());
+        }
+    });
+    every_other_scene(|name, stage, technique| {
+        failures.add(&name, shadows(&GPU, stage, technique, 1024).unwrap().failures());
+    });
+}
+
+#[test]
+fn derivatives_are_as_predicted() {
+    let mut failures = Failures::default();
+    every_ground(|name, stage, technique| {
+        // Relative errors hardly depend on the size.
+        let all = technique.rule == Rule::Uniform || technique.rule == Rule::LISPSM;
+        for size in SIZES.into_iter().filter(|&size| all || size == 1024) {
             let name = format!("{name}, {size} texels");
-            let (shadows, changes) = picture(&GPU, stage, technique, size).unwrap();
-            failures.add(&name, shadows.failures());
-            failures.add(&name, changes.failures());
-            let (median, most) = (changes.quantile(0.5), changes.quantile(0.99));
+            let found = changes(&GPU, stage, technique, size).unwrap();
+            failures.add(&name, found.failures());
+            let (median, most) = (found.quantile(0.5), found.quantile(0.99));
             // Where positions are rounded before they are interpolated, nothing so general can be said.
             if GPU.is_lavapipe() && !(median <= 1.2e-4 && most <= 2.8e-3) {
-                failures.add(&name, vec![format!("changes are off by {median} in the median, {most} at 99 %")]);
+                failures.add(&name, vec![format!("off by {median} in the median, {most} at 99 %")]);
             }
         }
     });
     every_other_scene(|name, stage, technique| {
-        let (shadows, changes) = picture(&GPU, stage, technique, 1024).unwrap();
-        failures.add(&name, shadows.failures());
-        failures.add(&name, changes.failures());
+        failures.add(&name, changes(&GPU, stage, technique, 1024).unwrap().failures());
     });
 }
 
 /// More texels, fewer wrong pixels; and the warp has fewer than none where light and view are far from parallel.
 #[test]
 fn wrong_pixels_are_fewer_where_the_map_is_finer() {
-    let wrong = |stage, technique, size| picture(&GPU, stage, technique, size).unwrap().0.wrong();
+    let wrong = |stage, technique, size| shadows(&GPU, stage, technique, size).unwrap().wrong();
     let [uniform, lispsm] = ["uniform", "lispsm"].map(|name| TECHNIQUES.iter().find(|t| t.name == name).unwrap());
     for (angle, stage) in grounds() {
         for technique in [uniform, lispsm] {
@@ -170,8 +183,7 @@ fn wrong_pixels_are_fewer_where_the_map_is_finer() {
 fn every_clip_space_shows_the_same_picture() {
     let mut failures = Failures::default();
     let mut check = |name: &str, stage: &Stage, technique: &Technique, size: u32| {
-        for (interface, space) in SPACES {
-            let found = conventions(&GPU, stage, technique, space, size).unwrap();
+        for ((interface, _), found) in SPACES.iter().zip(conventions(&GPU, stage, technique, size).unwrap()) {
             failures.add(&format!("{name}, {size} texels, {interface}"), found.failures());
         }
     };

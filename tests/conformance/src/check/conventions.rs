@@ -71,17 +71,11 @@ impl Conventions {
     }
 }
 
-/// Draws the scene in an interface's conventions and in wgpu's.
+/// Draws the scene in every interface's conventions, and compares with wgpu's. In the order of [`SPACES`].
 ///
 /// # Errors
 /// If there is no map, or the device refuses.
-pub fn conventions(
-    gpu: &Gpu,
-    stage: &Stage,
-    technique: &Technique,
-    space: ClipSpace,
-    size: u32,
-) -> Result<Conventions> {
+pub fn conventions(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -> Result<Vec<Conventions>> {
     let (fit, map) = stage.solve(technique, size)?;
     let eye = stage.job.view.eye();
     let map = fit.guard_f32(&map, eye)?;
@@ -90,27 +84,31 @@ pub fn conventions(
     let texels = |space: ClipSpace, cull| -> Result<Vec<f32>> {
         let pass = DepthPass { space, clamp: false, cull };
         let found = gpu.read(&gpu.depth(&mesh, map.clip_from_world_at(eye, space), pass, map.size())?)?;
+        let depth = |&depth: &f32| if space.depth == DepthRange::OneToZero { 1.0 - depth } else { depth };
         let rows = found.chunks_exact(size as usize);
-        let found: Vec<f32> = if space.texture_top_first {
-            rows.flatten().copied().collect()
+        Ok(if space.texture_top_first {
+            rows.flatten().map(depth).collect()
         } else {
-            rows.rev().flatten().copied().collect()
-        };
-        let reversed = space.depth == DepthRange::OneToZero;
-        Ok(found.into_iter().map(|depth| if reversed { 1.0 - depth } else { depth }).collect())
+            rows.rev().flatten().map(depth).collect()
+        })
     };
-    let [plain, all] = [texels(ClipSpace::WGPU, None)?, texels(space, None)?];
-    let (front_only, back_only) = (texels(space, Some(wgpu::Face::Back))?, texels(space, Some(wgpu::Face::Front))?);
-    let lookup = Lookup::new(gpu, stage, &fit, &map)?;
     let is_drawn = |depth: f32| depth < 1.0;
-    let both = || plain.iter().zip(&all).filter(|(a, b)| is_drawn(**a) && is_drawn(**b));
-    Ok(Conventions {
-        coverage: plain.iter().zip(&all).filter(|(a, b)| is_drawn(**a) != is_drawn(**b)).count(),
-        depth: both().filter(|(a, b)| f64::from((*a - *b).abs()) > DEPTH).count(),
-        lit: difference(&lookup.draw(gpu, ClipSpace::WGPU)?, &lookup.draw(gpu, space)?),
-        back: all.iter().zip(&front_only).filter(|(a, b)| a.to_bits() != b.to_bits()).count(),
-        front: all.iter().zip(&back_only).filter(|(a, b)| is_drawn(**a) && a.to_bits() == b.to_bits()).count(),
-        texels: all.iter().filter(|&&depth| is_drawn(depth)).count(),
-        ties: TIES * gpu.grid(),
-    })
+    let plain = texels(ClipSpace::WGPU, None)?;
+    let lookup = Lookup::new(gpu, stage, &fit, &map)?;
+    let lit = lookup.draw(gpu, ClipSpace::WGPU)?;
+    let compared = |(_, space): (&str, ClipSpace)| {
+        let all = texels(space, None)?;
+        let (front_only, back_only) = (texels(space, Some(wgpu::Face::Back))?, texels(space, Some(wgpu::Face::Front))?);
+        let both = plain.iter().zip(&all).filter(|(a, b)| is_drawn(**a) && is_drawn(**b));
+        Ok(Conventions {
+            coverage: plain.iter().zip(&all).filter(|(a, b)| is_drawn(**a) != is_drawn(**b)).count(),
+            depth: both.filter(|(a, b)| f64::from((*a - *b).abs()) > DEPTH).count(),
+            lit: difference(&lit, &lookup.draw(gpu, space)?),
+            back: all.iter().zip(&front_only).filter(|(a, b)| a.to_bits() != b.to_bits()).count(),
+            front: all.iter().zip(&back_only).filter(|(a, b)| is_drawn(**a) && a.to_bits() == b.to_bits()).count(),
+            texels: all.iter().filter(|&&depth| is_drawn(depth)).count(),
+            ties: TIES * gpu.grid(),
+        })
+    };
+    SPACES.into_iter().map(compared).collect()
 }

@@ -115,35 +115,52 @@ impl Changes {
     }
 }
 
-/// Draws a picture through a technique's map, and compares each of its pixels.
+/// Draws a picture through a technique's map, and judges the shadow of each of its pixels.
 ///
 /// # Errors
 /// If there is no map, or the device refuses.
-pub fn picture(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -> Result<(Shadows, Changes)> {
+pub fn shadows(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -> Result<Shadows> {
+    with_picture(gpu, stage, technique, size, |lookup, pixels, truth| {
+        let mut shadows = Shadows::default();
+        for (pixel, seen) in pixels.iter().zip(truth).filter_map(|(pixel, seen)| agreed(pixel, seen)) {
+            let inside = pixel.place.iter().all(|x| (0.0..=1.0).contains(x));
+            shadows.outside += usize::from(!inside);
+            if let Some(shadowed) = seen.shadowed {
+                lookup.judge(pixel, seen, shadowed, &mut shadows);
+            }
+        }
+        shadows
+    })
+}
+
+/// Draws the same picture, and measures how the places in the map change from pixel to pixel.
+///
+/// # Errors
+/// If there is no map, or the device refuses.
+pub fn changes(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -> Result<Changes> {
+    with_picture(gpu, stage, technique, size, |lookup, pixels, truth| lookup.changes(pixels, truth))
+}
+
+fn with_picture<T>(
+    gpu: &Gpu,
+    stage: &Stage,
+    technique: &Technique,
+    size: u32,
+    measure: impl FnOnce(&Lookup, &[Option<Pixel>], &[Option<Seen>]) -> T,
+) -> Result<T> {
     let (fit, map) = stage.solve(technique, size)?;
-    let eye = stage.job.view.eye();
-    let map = fit.guard_f32(&map, eye)?;
+    let map = fit.guard_f32(&map, stage.job.view.eye())?;
     let lookup = Lookup::new(gpu, stage, &fit, &map)?;
-    let pixels = lookup.draw(gpu, ClipSpace::WGPU)?;
-    let truth = stage.truth()?;
-    let mut shadows = Shadows::default();
-    let mut shown = 0;
-    for (pixel, seen) in pixels.iter().zip(truth) {
-        // Where edges of triangles meet the pixel's middle, device and rays may see different ones.
-        let (Some(pixel), Some(seen)) = (pixel, seen) else { continue };
-        if pixel.triangle != seen.triangle {
-            continue;
-        }
-        shown += 1;
-        let inside = pixel.place.iter().all(|x| (0.0..=1.0).contains(x));
-        shadows.outside += usize::from(!inside);
-        if let Some(shadowed) = seen.shadowed {
-            lookup.judge(pixel, seen, shadowed, &mut shadows);
-        }
-    }
+    let (pixels, truth) = (lookup.draw(gpu, ClipSpace::WGPU)?, stage.truth()?);
+    let shown = pixels.iter().zip(truth).filter(|(pixel, seen)| agreed(pixel, seen).is_some()).count();
     let seen = truth.iter().flatten().count();
     ensure!(100 * shown > 98 * seen, "device and rays see the same triangle in {shown} of {seen} pixels only");
-    Ok((shadows, lookup.changes(&pixels, truth)))
+    Ok(measure(&lookup, &pixels, truth))
+}
+
+/// A pixel where device and rays see the same triangle. Where the edges of triangles meet its middle they may not.
+fn agreed<'a>(pixel: &'a Option<Pixel>, seen: &'a Option<Seen>) -> Option<(&'a Pixel, &'a Seen)> {
+    pixel.as_ref().zip(seen.as_ref()).filter(|(pixel, seen)| pixel.triangle == seen.triangle)
 }
 
 impl Lookup<'_> {
@@ -209,10 +226,7 @@ impl Lookup<'_> {
     fn changes(&self, pixels: &[Option<Pixel>], truth: &[Option<Seen>]) -> Changes {
         let camera = self.stage.camera();
         let width = camera.size[0] as usize;
-        let shown = |index: usize| {
-            let (pixel, seen) = ((*pixels.get(index)?)?, (*truth.get(index)?)?);
-            (pixel.triangle == seen.triangle).then_some((pixel, seen))
-        };
+        let shown = |index: usize| agreed(pixels.get(index)?, truth.get(index)?);
         let mut changes = Changes::default();
         for index in 0..pixels.len() {
             for (axis, (place, step)) in [(index % width, 1), (index / width, width)].into_iter().enumerate() {
