@@ -16,7 +16,8 @@ use crate::rays::Rays;
 /// The size of the pictures that are compared, in pixels.
 const PICTURE: [u32; 2] = [224, 224];
 
-/// A model in the crate's types, with what its camera sees. All positions but the model's are relative to the eye.
+/// A model in the crate's types, with what its camera sees. Planes, rays and points are relative to the eye; the model is in
+/// the world, and a body about its own origin.
 pub struct Stage {
     /// The scene and its triangles.
     pub model: Model,
