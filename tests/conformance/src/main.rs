@@ -249,7 +249,8 @@ fn derivatives(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<
                 pairs += found.count();
                 let [median, most, all] = [0.5, 0.99, 1.0].map(|share| found.quantile(share));
                 let values = [median, most, all, found.texels, found.of_allowed];
-                worst = std::array::from_fn(|i| if worst[i] > values[i] || worst[i].is_nan() { worst[i] } else { values[i] });
+                let worse = |a: f64, b: f64| if a > b || a.is_nan() { a } else { b };
+                worst = std::array::from_fn(|i| worse(worst[i], values[i]));
             }
             Ok((pairs, worst))
         };
