@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::light::Directional;
+use crate::error::Error;
+use crate::light::Light;
 use crate::math::{sqrt, unit_cross};
 use crate::view::View;
 
@@ -19,6 +20,14 @@ pub enum Axes {
     /// the camera, also through light parallel to view. The price is a looser fit, with the warp askew over the
     /// texture, and a jump where the *light* passes through certain directions: see [`LightSpace::fixed_axes`].
     LightFixed,
+    /// The view's middle: as [`Axes::View`], with the unit vector from the eye to the middle of the vertices of what is seen
+    /// in place of the view direction, for the axes and for `sin_gamma` alike. Where most of what is seen lies to one side
+    /// of the picture, the warp runs along it.
+    ///
+    /// Source: Wimmer and Scherzer 2005, Sec. 4.4, who leave open which `gamma` goes with it; with the view's own the warp
+    /// would not fade out where these axes turn. Where the sum of the vertices vanishes or lies behind the eye, the view
+    /// direction itself is taken.
+    Middle,
 }
 
 /// The axes of light space, in world space: orthonormal, with `z = y x x`.
@@ -26,11 +35,13 @@ pub enum Axes {
 pub struct LightSpace {
     /// Across the warp: `v x l`, normalised.
     pub x: DVec3,
-    /// Towards the light: `l`.
+    /// Towards the light: `l`; for a spot light against its direction.
     pub y: DVec3,
     /// Along the warp: the view direction made perpendicular to the light.
     pub z: DVec3,
-    /// The sine of the angle between light and view; 0 where they are parallel or opposite.
+    /// The sine of the angle between light and view; 0 where they are parallel or opposite. For a spot light: of the
+    /// angle between the view and the way from the eye to the light, times the sine of that between the plane of
+    /// these two and the plane across the spot's axis; 0 where the axes are not defined.
     pub sin_gamma: f64,
 }
 
@@ -44,18 +55,48 @@ impl LightSpace {
     /// a relative error of 1e-16 down to the smallest angles. `sqrt(1 - (v.l)^2)` has lost everything at 1e-8.
     /// Limits: with light and view exactly parallel there is no `Z`; the camera's up axis takes the place of `v`
     /// and `sin_gamma` is 0, which makes every published warp uniform.
-    #[must_use]
-    pub fn new(view: &View, light: &Directional) -> Self {
-        let y = light.to_light();
-        let across = unit_cross(view.forward(), y);
+    ///
+    /// For a spot light, `Y` is against its direction, and `X` is the normal of the plane through the line of sight and
+    /// the light, made perpendicular to `Y`. So `Z` is the direction of the picture of the line of sight in the light's own
+    /// perspective: `Y x (v x (p - e))` for the light's place `p` and the eye `e`, its Plücker direction, which does not
+    /// depend on the point of the line it is taken at, and has the right sign wherever the light shines, also when the eye
+    /// is behind it.
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for point lights, each face of which has its own: [`Point::faces`](crate::Point::faces).
+    pub fn new(view: &View, light: &Light) -> Result<Self, Error> {
+        Self::along(view.forward(), view, light)
+    }
+
+    /// As [`LightSpace::new`], with another unit direction in place of the view's: [`Axes::Middle`].
+    pub(crate) fn along(direction: DVec3, view: &View, light: &Light) -> Result<Self, Error> {
+        let (y, across) = match light {
+            Light::Directional(light) => (light.to_light(), unit_cross(direction, light.to_light())),
+            Light::Spot(light) => {
+                let y = -light.direction();
+                let to_light = light.position() - view.eye();
+                let distance = sqrt(to_light.length_squared());
+                // At the eye there is no direction to it.
+                let normal = if distance > 0.0 { unit_cross(direction, to_light / distance) } else { DVec3::ZERO };
+                (y, normal - y * normal.dot(y))
+            }
+            Light::Point(_) => {
+                return Err(Error::Unsupported {
+                    requested: "one map for a point light",
+                    use_instead: "a map for each of Point::faces",
+                });
+            }
+        };
         let sine = sqrt(across.length_squared());
         if sine > 0.0 {
             let x = across / sine;
-            return Self { x, y, z: y.cross(x), sin_gamma: sine };
+            return Ok(Self { x, y, z: y.cross(x), sin_gamma: sine });
         }
-        let across = unit_cross(view.up(), y);
+        // The up axis, or the right one where that is along the light too.
+        let up = unit_cross(view.up(), y);
+        let across = if up.length_squared() > 0.5 { up } else { unit_cross(view.right(), y) };
         let x = across / sqrt(across.length_squared());
-        Self { x, y, z: y.cross(x), sin_gamma: 0.0 }
+        Ok(Self { x, y, z: y.cross(x), sin_gamma: 0.0 })
     }
 
     /// Returns two unit vectors perpendicular to `y` and to each other that depend on `y` alone, with the orientation

@@ -1,10 +1,12 @@
 //! Convex polyhedra of fixed capacity: what is seen, and what can shadow it.
 
 mod clip;
+mod lit;
 mod reach;
 mod sweep;
 
 pub(crate) use reach::Reach;
+pub use lit::LitBody;
 pub use sweep::CasterBody;
 
 use glam::DVec3;
@@ -94,7 +96,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         Ok(Self::box_about(bounds, origin))
     }
 
-    fn box_about(bounds: &Bounds, origin: DVec3) -> Self {
+    pub(crate) fn box_about(bounds: &Bounds, origin: DVec3) -> Self {
         Self::between(bounds.min() - origin, bounds.max() - origin, origin)
     }
 

@@ -13,6 +13,8 @@ pub enum Error {
     },
     /// No receiver lies in the view volume, so no shadow can be seen and no map is needed.
     NothingVisible,
+    /// No receiver that is seen lies in what the light shines into, so this light needs no map.
+    NothingLit,
     /// This kind of map cannot serve this configuration.
     Unsupported {
         /// What was asked for.
@@ -37,6 +39,7 @@ impl fmt::Display for Error {
         match *self {
             Self::Invalid { argument, condition } => write!(f, "{argument} {condition}"),
             Self::NothingVisible => f.write_str("no receiver lies in the view volume"),
+            Self::NothingLit => f.write_str("no receiver in view lies in the light"),
             Self::Unsupported { requested, use_instead } => {
                 write!(f, "{requested} is not supported here: use {use_instead}")
             }

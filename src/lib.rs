@@ -123,7 +123,7 @@ mod view;
 mod warp;
 
 pub use basis::{Axes, LightSpace};
-pub use body::{Body, CasterBody, ConvexBody, Face};
+pub use body::{Body, CasterBody, ConvexBody, Face, LitBody};
 pub use clip_space::{ClipSpace, DepthRange};
 pub use error::Error;
 pub use fit::{Fit, NearDepth};
@@ -132,7 +132,7 @@ pub use map::ShadowMap;
 pub use plane::Plane;
 pub use scene::Bounds;
 pub use view::{Lens, Sides, View};
-pub use warp::{LightSpaceRule, Rule, Slab, Warp};
+pub use warp::{Aim, Errors, LightSpaceRule, Objective, PerspectiveRule, Rule, Slab, TrapezoidalRule, ViewAxis, Warp};
 
 /// The README's example is a test too.
 #[cfg(doctest)]

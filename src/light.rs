@@ -3,6 +3,8 @@
 use glam::{DVec3, DVec4};
 
 use crate::error::{Error, require, require_direction, require_length, require_position};
+use crate::math::{sqrt, tan};
+use crate::plane::Plane;
 
 /// A light. Make one with [`Light::directional`], [`Light::spot`] or [`Light::point`].
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,12 +24,15 @@ pub struct Directional {
     to_light: DVec3,
 }
 
-/// A light that shines from a point into a cone.
+/// A light that shines from a point into a cone, or, as a face of a [`Point`] light, into a square pyramid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
     position: DVec3,
     direction: DVec3,
     outer_angle: f64,
+    /// Of the outer angle.
+    tangent: f64,
+    is_square: bool,
     near: f64,
     range: f64,
 }
@@ -66,10 +71,11 @@ impl Light {
         let acute = outer_angle > 0.0 && outer_angle < core::f64::consts::FRAC_PI_2;
         require(acute, "outer_angle", "must be between 0 and pi/2 radians")?;
         require_reach(near, range)?;
-        Ok(Self::Spot(Spot { position, direction, outer_angle, near, range }))
+        let tangent = tan(outer_angle);
+        Ok(Self::Spot(Spot { position, direction, outer_angle, tangent, is_square: false, near, range }))
     }
 
-    /// Returns a point light that shines from `near` to `range`.
+    /// Returns a point light that shines from `near` to `range`. It has no single map: see [`Point::faces`].
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `position` is finite and `1e-100 <= near < range <= 1e100`.
@@ -82,25 +88,29 @@ impl Light {
     /// Returns the light at infinity that this is.
     ///
     /// # Errors
-    /// [`Error::Unsupported`] for lights with a position, whose maps are still to come.
+    /// [`Error::Unsupported`] for lights with a position.
     pub fn as_directional(&self) -> Result<&Directional, Error> {
         match self {
             Self::Directional(light) => Ok(light),
             Self::Spot(_) | Self::Point(_) => Err(Error::Unsupported {
-                requested: "a fitted map for a spot or point light",
-                use_instead: "the light's own perspective projection",
+                requested: "the sweep of a body towards a light with a position",
+                use_instead: "what the finished map shows of a box, ShadowMap::shown",
             }),
+        }
+    }
+
+    /// The light as one homogeneous position, relative to an origin.
+    pub(crate) fn relative_to(&self, origin: DVec3) -> DVec4 {
+        match self {
+            Self::Directional(light) => light.to_light.extend(0.0),
+            Self::Spot(Spot { position, .. }) | Self::Point(Point { position, .. }) => (*position - origin).extend(1.0),
         }
     }
 
     /// Returns the light as one homogeneous position in world space: `(to_light, 0)` at infinity, `(position, 1)` else.
     #[must_use]
     pub fn homogeneous(&self) -> DVec4 {
-        match self {
-            Self::Directional(light) => light.to_light.extend(0.0),
-            Self::Spot(light) => light.position.extend(1.0),
-            Self::Point(light) => light.position.extend(1.0),
-        }
+        self.relative_to(DVec3::ZERO)
     }
 }
 
@@ -131,7 +141,7 @@ impl Spot {
         self.direction
     }
 
-    /// Returns the angle from the axis to the edge of the cone, in radians.
+    /// Returns the angle from the axis to the edge of the cone, in radians; to the sides, for a face of a point light.
     #[must_use]
     pub fn outer_angle(&self) -> f64 {
         self.outer_angle
@@ -148,9 +158,65 @@ impl Spot {
     pub fn range(&self) -> f64 {
         self.range
     }
+
+    /// The planes around what it lights, relative to a point: near, range, and the sides. Those of a cone are eight,
+    /// which touch it, two of them across each of the given axes; so it counts as up to 8 % wider between.
+    pub(crate) fn planes(&self, origin: DVec3, [x, z]: [DVec3; 2]) -> impl Iterator<Item = Plane> {
+        let (axis, apex, tangent) = (self.direction, self.position - origin, self.tangent);
+        let through = |normal: DVec3, point: DVec3| Plane::from_unit(normal, normal.dot(point));
+        let ends = [through(-axis, apex + axis * self.near), through(axis, apex + axis * self.range)];
+        let half = sqrt(0.5);
+        let around: [DVec3; 8] = if self.is_square {
+            // The world's axes across the face's, twice: a plane cuts no more the second time.
+            let [a, b] = across_world_axis(axis);
+            [a, b, -a, -b, a, b, -a, -b]
+        } else {
+            [x, z, -x, -z, (x + z) * half, (z - x) * half, -(x + z) * half, (x - z) * half]
+        };
+        let count = if self.is_square { 4 } else { 8 };
+        // Unit normals also where the tangent is beyond measure: its reciprocal is the cotangent then.
+        let side = move |outward: DVec3| {
+            let normal = if tangent > 1.0 { outward / tangent - axis } else { outward - axis * tangent };
+            through(normal / sqrt(normal.length_squared()), apex)
+        };
+        ends.into_iter().chain(around.into_iter().take(count).map(side))
+    }
+}
+
+/// The two of the world's axes that are perpendicular to one of them, whatever its sign.
+fn across_world_axis(axis: DVec3) -> [DVec3; 2] {
+    match axis.abs().to_array().map(|c| c > 0.5) {
+        [true, ..] => [DVec3::Y, DVec3::Z],
+        [_, true, _] => [DVec3::Z, DVec3::X],
+        _ => [DVec3::X, DVec3::Y],
+    }
 }
 
 impl Point {
+    /// Returns the six faces of the cube around the light, each as a light of its own, in the usual order: +x, -x, +y,
+    /// -y, +z, -z. Together they light every direction, and no direction is in two but on their edges. A face is a
+    /// [`Spot`] with a square pyramid of 45 degrees to its sides, in world space.
+    ///
+    /// Each is fitted by itself: what is seen and lies in its pyramid, and nothing else, is in its map. Where nothing
+    /// does, [`Fit::solve`](crate::Fit::solve) says [`Error::NothingLit`]: that face needs no map.
+    ///
+    /// The near plane of a face lies at `near/sqrt(3)`, so that it takes nothing away in the corners that is `near`
+    /// away from the light; the far plane at `range`.
+    #[must_use]
+    pub fn faces(&self) -> [Light; 6] {
+        [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z].map(|direction| {
+            Light::Spot(Spot {
+                position: self.position,
+                direction,
+                outer_angle: core::f64::consts::FRAC_PI_4,
+                tangent: 1.0,
+                is_square: true,
+                near: self.near / sqrt(3.0),
+                range: self.range,
+            })
+        })
+    }
+
     /// Returns the light's position.
     #[must_use]
     pub fn position(&self) -> DVec3 {

@@ -3,8 +3,11 @@
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
 use crate::basis::LightSpace;
+use crate::body::Body;
 use crate::clip_space::{ClipSpace, from_rows};
 use crate::error::{Error, require};
+use crate::math::sqrt;
+use crate::scene::Bounds;
 use crate::warp::Warp;
 
 /// A fitted shadow map: its matrix, and what it was made from.
@@ -15,23 +18,28 @@ pub struct ShadowMap {
     rows: [DVec4; 4],
     warp: Warp,
     space: LightSpace,
+    /// As a homogeneous position, relative to `origin`.
+    light: DVec4,
+    /// The extents of a texel where `w` and the light's own depth are 1: each of the map's axes, across and along the warp.
     texels: [DVec2; 2],
-    /// The world length, towards the light, of the range of depths where `w = 1`.
+    /// For a light at infinity, the world length, towards the light, of the range of depths where `w = 1`.
     depth_range: f64,
     size: [u32; 2],
 }
 
 impl ShadowMap {
+    #[expect(clippy::too_many_arguments, reason = "this is all that a map is, for the three fits that make one")]
     pub(crate) fn new(
         origin: DVec3,
         rows: [DVec4; 4],
         warp: Warp,
         space: LightSpace,
+        light: DVec4,
         texels: [DVec2; 2],
         depth_range: f64,
         size: [u32; 2],
     ) -> Self {
-        Self { origin, rows, warp, space, texels, depth_range, size }
+        Self { origin, rows, warp, space, light, texels, depth_range, size }
     }
 
     /// Returns the matrix from world space to clip space.
@@ -67,13 +75,15 @@ impl ShadowMap {
         self.origin
     }
 
-    /// Returns the warp that the rule decided on.
+    /// Returns the warp that the rule decided on. For a perspective or plane-optimal map: the warp along the axis that
+    /// [`ShadowMap::light_space`] has for it.
     #[must_use]
     pub fn warp(&self) -> Warp {
         self.warp
     }
 
-    /// Returns the axes of light space.
+    /// Returns the axes of light space. Those of a perspective or plane-optimal map are turned about the light, so that
+    /// its warp runs along `z`.
     #[must_use]
     pub fn light_space(&self) -> LightSpace {
         self.space
@@ -90,30 +100,56 @@ impl ShadowMap {
     }
 
     /// Returns the denominator `w` of a point in world space: 1 where the receivers' body begins, and the warp's ratio
-    /// where it ends.
+    /// where it ends; for a spot light times the distance along its axis.
     #[must_use]
     pub fn w(&self, point: DVec3) -> f64 {
         self.rows[3].dot((point - self.origin).extend(1.0))
     }
 
-    /// Returns the world extent of a texel along each of the map's axes at a point in world space, in world units.
-    ///
-    /// ```text
-    /// across the warp: w dx        along the warp: w^2 dz        [LiSPSM, Sec. 4.3, without the view's part]
-    /// ```
-    /// with `dx`, `dz` the extents where `w = 1`. A map's axis that lies askew to the warp
-    /// ([`Axes::LightFixed`](crate::Axes)) has both. The shear, by which a step along the warp also moves a point
-    /// across it, is left out, as in the papers. Infinite where `w <= 0`, which no receiver is, nor a caster of one.
+    /// Returns the unit vector from a point in world space towards the light: zero at the light itself.
     #[must_use]
-    pub fn texel_extent(&self, point: DVec3) -> [f64; 2] {
-        self.texel_extent_at_w(self.w(point))
+    pub fn to_light(&self, point: DVec3) -> DVec3 {
+        let to_light = self.light.truncate() - (point - self.origin) * self.light.w;
+        let length = sqrt(to_light.length_squared());
+        if self.light.w == 0.0 { to_light } else if length > 0.0 { to_light / length } else { DVec3::ZERO }
     }
 
-    pub(crate) fn texel_extent_at_w(&self, w: f64) -> [f64; 2] {
-        if w <= 0.0 {
+    /// Returns the part of a box that the map shows: what lies between its sides, and between its near and far plane. For
+    /// culling, and for drawing. (For a light at infinity [`Body::casters`] is tighter: what can shadow what is seen.)
+    #[must_use]
+    pub fn shown(&self, bounds: &Bounds) -> Body {
+        let origin = self.origin.clamp(bounds.min(), bounds.max());
+        let [x, y, z, w] = self.rows_at(origin);
+        crate::fit::shown(bounds, origin, &[w - x, w + x, w - y, w + y, z, w - z])
+    }
+
+    /// Returns the world extent of a texel along each of the map's axes at a point in world space, in world units, on the
+    /// plane through it across the light's axis.
+    ///
+    /// ```text
+    /// across the warp: w dx        along the warp: w^2/b dz       [LiSPSM, Sec. 4.3, without the view's part]
+    /// ```
+    /// with `dx`, `dz` the extents where `w = 1`, and `b` the distance along the axis of a spot light, or 1. A map's axis that
+    /// lies askew to the warp ([`Axes::LightFixed`](crate::Axes), and perspective and plane-optimal maps) has both. The
+    /// shear, by which a step along the warp also moves a point across it, is left out, as in the papers. Infinite where
+    /// `w <= 0`, which no receiver is, nor a caster of one.
+    #[must_use]
+    pub fn texel_extent(&self, point: DVec3) -> [f64; 2] {
+        let q = point - self.origin;
+        self.texel_extent_at(self.rows[3].dot(q.extend(1.0)), self.base().dot(q.extend(1.0)))
+    }
+
+    pub(crate) fn texel_extent_at(&self, w: f64, base: f64) -> [f64; 2] {
+        if w <= 0.0 || base <= 0.0 {
             return [f64::INFINITY; 2];
         }
-        self.texels.map(|texel| length(w * texel.x, w * w * texel.y))
+        self.texels.map(|texel| length(w * texel.x, w * w / base * texel.y))
+    }
+
+    /// The row, about the map's origin, of the distance along the light's axis: 1 for a light at infinity.
+    pub(crate) fn base(&self) -> DVec4 {
+        let y = self.space.y * self.light.w;
+        (-y).extend(if self.light.w == 0.0 { 1.0 } else { y.dot(self.light.truncate()) })
     }
 
     /// Returns the map drawn in by a border of so many texels on each of its four sides, for filters that read around
@@ -152,5 +188,5 @@ fn length(a: f64, b: f64) -> f64 {
         return large;
     }
     let ratio = small / large;
-    large * crate::math::sqrt(1.0 + ratio * ratio)
+    large * sqrt(1.0 + ratio * ratio)
 }

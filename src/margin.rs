@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use crate::error::{Error, require_position};
-use crate::fit::Fit;
+use crate::fit::{Fit, NearDepth};
+use crate::light::Light;
 use crate::map::ShadowMap;
 use crate::math::max;
 
@@ -26,7 +27,8 @@ impl Fit<'_> {
     /// Form: each of the four terms `m_j p_j` of a row has at most six roundings, 3 ulp together, so a row is off by
     /// at most `e = 6u/(1 - 6u) sum |m_j p_j|` with `u = 2^-24`, and a coordinate by `(e_x + e_w)/(w - e_w)` after
     /// division by `w` (its own rounding, half an ulp, apart). That is a convex function over a concave one, so it is
-    /// greatest at a vertex. Casters stand at most the map's depth range above a receiver. Infinite where `f32`
+    /// greatest at a vertex. Casters stand at most the map's depth range above a receiver; those of a spot light are in
+    /// what the map shows, where `w` falls towards the light. Infinite where `f32`
     /// leaves nothing of `w`, and for an origin that is not finite.
     #[must_use]
     pub fn rounding(&self, map: &ShadowMap, origin: DVec3) -> DVec3 {
@@ -66,13 +68,13 @@ impl Fit<'_> {
         let sizes = rows.map(|row| row.abs());
         let light = map.light_space().y.abs();
         // One unit of depth, at w = 1, in world units along the light; and what it adds to the sums at most.
-        let depth_range = map.depth_range();
+        let depth_range = if let Light::Spot(_) = self.light { 0.0 } else { map.depth_range() };
         let above = sizes.map(|size| size.truncate().dot(light) * depth_range);
         let underflow = sizes.map(|size| UNDERFLOW * (size.element_sum() + 1.0));
         let (mut worst, mut largest) = (DVec3::ZERO, 0.0);
-        for body in self.receivers {
-            let shift = body.origin() - origin;
-            for vertex in body.vertices() {
+        let mut include = |body_origin: DVec3, vertices: &[DVec3]| {
+            let shift = body_origin - origin;
+            for vertex in vertices {
                 let q = *vertex + shift;
                 let size = q.abs();
                 let w = rows[3].dot(q.extend(1.0));
@@ -83,11 +85,23 @@ impl Fit<'_> {
                 });
                 // Depth is compared with 0 and with w, and may have been formed as w - z. The w in f32 is at least
                 // (1 - own) w; if that is nothing, neither is the bound.
-                if !(w > 0.0 && own < 1.0) {
-                    return DVec3::INFINITY;
-                }
-                worst = worst.max(DVec3::new(x + own, y + own, z + 2.0 * own) / (1.0 - own));
+                let error = DVec3::new(x + own, y + own, z + 2.0 * own) / (1.0 - own);
+                worst = worst.max(if w > 0.0 && own < 1.0 { error } else { DVec3::INFINITY });
                 largest = max(reach, largest);
+            }
+        };
+        if let Light::Spot(_) = self.light {
+            for lit in self.lit_receivers() {
+                include(lit.origin(), lit.vertices());
+            }
+            // Its casters are not above one another; they are in what the map shows.
+            if self.near_depth == NearDepth::Casters {
+                let casters = map.shown(self.casters);
+                include(casters.origin(), casters.vertices());
+            }
+        } else {
+            for body in self.receivers {
+                include(body.origin(), body.vertices());
             }
         }
         let entry = sizes.iter().fold(0.0, |largest, size| max(size.max_element(), largest));

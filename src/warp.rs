@@ -1,10 +1,19 @@
 //! The one-parameter family of warps, and the rules that choose from it.
 
 mod light_space;
+pub(crate) mod on_axis;
+pub(crate) mod optimal;
+mod perspective;
+mod trapezoidal;
 
 pub use light_space::{LightSpaceRule, Slab};
+pub use optimal::{Errors, Objective};
+pub(crate) use perspective::{INSIDE, rows as perspective_rows};
+pub use perspective::{Aim, PerspectiveRule};
+pub use trapezoidal::TrapezoidalRule;
 
 use crate::error::{Error, require};
+use crate::plane::Plane;
 
 /// A perspective warp along light space's z axis that keeps the light direction.
 ///
@@ -86,14 +95,56 @@ impl Warp {
     }
 }
 
+/// Where the points of the line of sight lie in the body: `t` at depth `z` is `(t0 + z t1)/(w0 + z w1)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ViewAxis {
+    /// `t0` and `t1`.
+    pub t: [f64; 2],
+    /// `w0` and `w1`: 1 and 0 for a light at infinity; for a spot light the depth in the light's own perspective.
+    pub w: [f64; 2],
+}
+
+impl ViewAxis {
+    /// Returns `t` and `w` at a depth in the view; `None` behind a spot light, where there is no `t`.
+    #[must_use]
+    pub fn at(&self, depth: f64) -> Option<[f64; 2]> {
+        let [t, w] = [self.t, self.w].map(|[at_eye, rate]| at_eye + depth * rate);
+        (w > 0.0).then(|| [t / w, w])
+    }
+}
+
 /// What decides how strong the warp is.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Rule {
     /// No warp: the plain map, focused on what is seen.
     Uniform,
-    /// Light-space perspective shadow map, in one of its published forms.
+    /// Light-space perspective shadow map, in one of its published forms. For a spot light, in whose own perspective there
+    /// is no angle between light and view, all of them are [`Rule::OnAxis`], which they agree with where light and view are
+    /// perpendicular.
     LightSpace(LightSpaceRule),
+    /// The least error at the two ends of the line of sight, exactly: LiSPSM's aim, at any angle and for any light.
+    OnAxis,
+    /// Trapezoidal shadow map.
+    Trapezoidal(TrapezoidalRule),
+    /// Perspective shadow map, made in the camera's post-perspective space. Its warp has a direction of its own.
+    Perspective(PerspectiveRule),
+    /// The map that has as many pixels per texel at every point of a plane in world space, such as the ground: the camera's
+    /// own picture of what the plane shows. What does not lie on it is drawn where its shadow falls on it.
+    ///
+    /// ```text
+    /// x, y = the camera's picture of X (p.L) - L (p.X)            for a plane p, a light L, a point X, all homogeneous
+    /// ```
+    /// Source: H. Chong, S. Gortler, A Lixel for every Pixel, 2004.
+    ///
+    /// Domain: no receiver's shadow may fall behind the eye, or `w` is not positive for it; so mostly for a scene
+    /// that is little more than its ground, and a light that does not shine from ahead. [`Error::Unsupported`]
+    /// elsewhere, and for a light in the plane. Elsewhere in space the error is as
+    /// [`Fit::worst_texel`](crate::Fit::worst_texel) says: it grows where the camera, seen along the light from the plane,
+    /// comes nearer.
+    Plane(Plane),
+    /// The exact best warp of the family for what is seen: never worse than no warp, for its own objective.
+    Optimal(Objective),
     /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor
     /// for an orthographic camera, where any warp makes the map worse.
     Explicit(Warp),
@@ -103,18 +154,12 @@ impl Rule {
     /// LiSPSM as its authors' sample code computes it: the form that fades out soonest as light and view come to be
     /// parallel. See [`LightSpaceRule`], also for when it is worse than no warp.
     pub const LISPSM: Self = Self::LightSpace(LightSpaceRule::Damped);
-
-    /// Returns the warp for a body. The published rules answer an error that grows towards the eye; an orthographic
-    /// camera has none (`perspective` false), so they give the uniform map for it.
-    #[must_use]
-    pub fn warp(&self, slab: &Slab, perspective: bool) -> Warp {
-        match self {
-            Self::Uniform => Warp::UNIFORM,
-            Self::LightSpace(rule) if perspective => Warp::clamped(rule.excess(slab)),
-            Self::LightSpace(_) => Warp::UNIFORM,
-            Self::Explicit(warp) => *warp,
-        }
-    }
+    /// Trapezoidal, with the focus at a fifth of the depth, on the paper's line, and faded.
+    pub const TSM: Self = Self::Trapezoidal(TrapezoidalRule { focus: 0.2, line: 0.8, fade: true });
+    /// Perspective, with the aim that always is admissible, and no shift.
+    pub const PSM: Self = Self::Perspective(PerspectiveRule { aim: Aim::Closest, shift: 0.0 });
+    /// The warp with the least worst texel.
+    pub const OPTIMAL: Self = Self::Optimal(Objective::Larger);
 }
 
 impl Default for Rule {

@@ -273,8 +273,7 @@ fn best_on_axis(row: &Row) {
 fn light_space(row: &Row) -> LightSpace {
     let [l, v] = ["l", "v"].map(|name| vector(&row.0["inputs"][name]));
     let view = View::perspective(DVec3::ZERO, v, DVec3::new(0.1, 0.2, 0.9), 1.0, 1.0, 1.0..2.0).unwrap();
-    let Light::Directional(light) = Light::directional(l).unwrap() else { unreachable!() };
-    LightSpace::new(&view, &light)
+    LightSpace::new(&view, &Light::directional(l).unwrap()).unwrap()
 }
 
 fn axes(row: &Row) {

@@ -1,9 +1,10 @@
 //! The frame and the excess.
 
 use crate::scenes::random::Random;
-use crate::scenes::{Kind, LIGHT_SPACE_RULES, moderate, rules};
+use crate::scenes::{Kind, LIGHT_SPACE_RULES, Scene, box_about, moderate, rules};
 use crate::{CASES, Worst};
-use shadow_warp::{Axes, ClipSpace, Light, LightSpace, Rule, Slab};
+use shadow_warp::glam::DVec3;
+use shadow_warp::{Axes, ClipSpace, LightSpace, Rule, Sides, Slab, View};
 
 /// LSP-6.
 #[test]
@@ -11,9 +12,9 @@ fn axes_are_orthonormal() {
     let mut worst = Worst::new("LSP-6");
     for case in 0..CASES {
         let (scene, _) = moderate(case);
-        let Light::Directional(light) = scene.light else { unreachable!() };
-        let LightSpace { x, y, z, sin_gamma } = LightSpace::new(&scene.view, &light);
-        let [x_fixed, z_fixed] = LightSpace::new(&scene.view, &light).fixed_axes();
+        let space = LightSpace::new(&scene.view, &scene.light).unwrap();
+        let LightSpace { x, y, z, sin_gamma } = space;
+        let [x_fixed, z_fixed] = space.fixed_axes();
         for [x, y, z] in [[x, y, z], [x_fixed, y, z_fixed]] {
             for (product, expected) in [(x.dot(x), 1.0), (y.dot(y), 1.0), (z.dot(z), 1.0)] {
                 worst.note((product - expected).abs(), 3.3e-15, case);
@@ -81,9 +82,12 @@ fn parallel_is_uniform() {
 /// An orthographic camera has no error that grows towards the eye, so only an explicit warp warps.
 #[test]
 fn published_rules_leave_orthographic_cameras_uniform() {
-    let slab = Slab { near: 1.0, far: 100.0, extent: 99.0, sin_gamma: 1.0 };
-    for rule in rules(&mut Random::new(0)) {
-        let warped = rule.warp(&slab, false).excess() > 0.0;
+    let view = View::orthographic(DVec3::ZERO, DVec3::Z, DVec3::Y, Sides::centred(20.0, 10.0), 1.0..100.0).unwrap();
+    let everything = box_about(DVec3::ZERO, DVec3::splat(200.0));
+    let scene = Scene::new(view, DVec3::new(0.1, 1.0, 0.3), &[everything], everything);
+    let more = [Rule::OnAxis, Rule::TSM, Rule::PSM, Rule::OPTIMAL];
+    for rule in rules(&mut Random::new(0)).into_iter().chain(more) {
+        let warped = scene.fit().solve(rule).unwrap().warp().excess() > 0.0;
         assert_eq!(warped, matches!(rule, Rule::Explicit(_)), "{rule:?}");
     }
 }

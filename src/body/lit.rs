@@ -1,0 +1,29 @@
+//! What of a body a light with a position can shine on.
+
+use super::clip::Scratch;
+use super::{Body, ConvexBody};
+use crate::basis::LightSpace;
+use crate::light::Light;
+use crate::scene::Bounds;
+
+/// A [`Body`] cut by the near plane, the far plane and the eight sides of a spot light: at most 22 faces, 40 vertices.
+pub type LitBody = ConvexBody<40, 22>;
+
+impl Body {
+    /// Returns the part of this body that a light can shine on, as far as the light's own shape says: all of it at infinity,
+    /// and for a point light; for a spot light what lies in its cone, between near and range. The cone is taken as the
+    /// pyramid of eight sides about it, two of them across each of the axes of light space. May be empty.
+    #[must_use]
+    pub fn lit_by(&self, light: &Light, space: &LightSpace) -> LitBody {
+        // The box is replaced by this body's own tables.
+        let mut lit: LitBody = self.resized(&Bounds::AT_ORIGIN);
+        if let Light::Spot(spot) = light {
+            let mut scratch = Scratch::new();
+            for plane in spot.planes(self.origin(), [space.x, space.z]) {
+                // Capacity: see `LitBody`.
+                let _ = lit.cut_with(&plane, &mut scratch);
+            }
+        }
+        lit
+    }
+}

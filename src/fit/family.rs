@@ -1,0 +1,153 @@
+//! The fit of a map of the one family: a warp along light space's z axis.
+
+use glam::DVec2;
+
+use super::extent::{Extent, LEAST_ASPECT, fitted, least_size, row};
+use super::frame::{Frame, Measures};
+use super::optimal::Points;
+use crate::basis::Axes;
+use crate::error::Error;
+use crate::map::ShadowMap;
+use crate::math::{max, min};
+use crate::warp::{Rule, Warp, on_axis};
+
+/// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where
+/// that is more than 2^-12, as for a body that is a point far from its origin, the excess is made smaller.
+const MOST_STEEP: f64 = (1_u64 << 40) as f64;
+/// The same for casters that are very much further away than the body is long: their distance over the body's extent,
+/// times the excess, tilts the row of depth against the light, by the rounding of its axes. At this value it does by
+/// 6 %.
+const MOST_STEEP_DEPTH: f64 = (1_u64 << 48) as f64;
+
+/// The receivers measured, and widened where they are flat: all that a rule looks at.
+pub(super) struct Prepared<const SPOT: bool> {
+    pub(super) measures: Measures,
+    /// Along the warp, not flat.
+    along: Extent,
+    /// The least extent across.
+    floor: f64,
+    /// How far away things are, as fractions of light space.
+    distance: f64,
+    /// The centre of the warp across it: `p_x`.
+    centre: f64,
+}
+
+impl<const SPOT: bool> Prepared<SPOT> {
+    #[inline(always)]
+    pub(super) fn new(frame: &Frame) -> Result<Self, Error> {
+        let measures = frame.measure::<SPOT>()?;
+        let Measures { across, along, height, base, depth } = &measures;
+        let shift = max(frame.fit.greatest_shift(frame.origin), depth.high.abs());
+        let (greatest, distance) = if SPOT {
+            let lengths = max(shift, frame.light.abs().max_element());
+            (max(across.size(), along.size()), max(lengths / base.low, max(across.reach(), along.reach())))
+        } else {
+            let reach = max(across.reach(), max(height.reach(), along.reach()));
+            (max(across.size(), max(height.size(), along.size())), max(shift, reach))
+        };
+        let floor = least_size(greatest, distance);
+        let along = along.at_least(floor);
+        let centre = frame.eye_across().map_or(across.middle(), |eye| across.clamp(eye));
+        Ok(Self { measures, along, floor, distance, centre })
+    }
+
+    #[inline(always)]
+    pub(super) fn points<'a>(&self, frame: &'a Frame<'a>) -> Points<'a, SPOT> {
+        Points::new(frame, &self.measures, self.along, self.centre)
+    }
+
+    /// The greatest excess that `f64` can carry.
+    fn most(&self, frame: &Frame) -> f64 {
+        let d = self.along.size();
+        let casters = if SPOT { 0.0 } else { frame.fit.caster_reach(frame.origin) };
+        d * min(MOST_STEEP / max(self.distance, d), MOST_STEEP_DEPTH / max(casters, d))
+    }
+
+    pub(super) fn most_ratio(&self, frame: &Frame) -> f64 {
+        1.0 + min(self.most(frame), Warp::MAX_EXCESS)
+    }
+
+    #[inline(always)]
+    fn warp(&self, frame: &Frame, rule: Rule) -> Warp {
+        let Self { measures, along, .. } = self;
+        let slab = || frame.slab(measures, *along);
+        let axis = || frame.view_axis(*along);
+        let excess = match rule {
+            Rule::Explicit(warp) => warp.excess(),
+            Rule::Optimal(objective) => {
+                self.points(frame).best_ratio(objective, self.most_ratio(frame)) - 1.0
+            }
+            // The others answer an error that grows towards the eye; an orthographic camera has none.
+            _ if !frame.fit.view.is_perspective() => 0.0,
+            Rule::LightSpace(rule) if !SPOT => {
+                let slab = slab();
+                // The part that was chosen decides on the warp's near distance, n = d/eta; the body is as long as it is.
+                let whole = if slab.extent > 0.0 { along.size() / slab.extent } else { 0.0 };
+                rule.excess(&slab) * whole
+            }
+            Rule::LightSpace(_) | Rule::OnAxis => on_axis::excess(&slab(), &axis()),
+            Rule::Trapezoidal(rule) => rule.excess(&slab(), &axis()),
+            Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) => 0.0,
+        };
+        Warp::clamped(excess).at_most(self.most(frame))
+    }
+}
+
+pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowMap, Error> {
+    let prepared = Prepared::<SPOT>::new(frame)?;
+    let warp = prepared.warp(frame, rule);
+    let Prepared { measures, along, floor, centre, .. } = prepared;
+    let (eta, d, base) = (warp.excess(), along.size(), frame.base);
+    // The warp's denominator, over `base`: 1 where the body begins, 1 + eta where it ends.
+    let from_start = frame.z - along.low * base;
+    let w = base + from_start * (eta / d);
+    let texels = frame.fit.map_size.map(f64::from);
+    let floor = floor / warp.ratio();
+
+    let above_middle = frame.height - measures.height.middle() * base;
+    let (x, y, texel_extents, depths);
+    match frame.fit.axes {
+        Axes::View | Axes::Middle => {
+            let offset = frame.x - centre * base;
+            let (sides, depth) = frame.fractions::<1, SPOT>([offset], above_middle, w);
+            let side = sides[0].at_least(floor);
+            x = fitted(offset, side, w);
+            // As `fitted` to 0 and d/(1 + eta), without its difference of two rows of size (1 + eta)^2.
+            y = from_start * ((2.0 + eta) / d) - base;
+            texel_extents = [DVec2::new(side.size() / texels[0], 0.0), DVec2::new(0.0, d / (warp.ratio() * texels[1]))];
+            depths = depth;
+        }
+        Axes::LightFixed => {
+            // The warp projects about the middle of the body's bounding rectangle. Seen along the light that is
+            // inside the body, so w >= 1 there: a line through it with the body on one side would miss a side of
+            // the rectangle.
+            let axes = frame.space.fixed_axes();
+            let place = frame.light.truncate() * frame.light.w;
+            let rows = axes.map(|axis| row(axis, -axis.dot(place)));
+            let middle = frame.fractions_of_receivers::<2, SPOT>(rows, base).map(Extent::middle);
+            let in_plane = axes[0] * middle[0] + axes[1] * middle[1];
+            let w_middle = 1.0 + (frame.space.z.dot(in_plane) - along.low) * (eta / d);
+            let offsets = [rows[0] - middle[0] * base, rows[1] - middle[1] * base];
+            let (sides, depth) = frame.fractions::<2, SPOT>(offsets, above_middle, w);
+            let sides = sides.map(|side| side.at_least(floor));
+            x = fitted(offsets[0], sides[0], w);
+            y = fitted(offsets[1], sides[1], w);
+            // A step along such an axis goes partly across the warp and partly along it.
+            let extents = |axis: usize| {
+                let parts = DVec2::new(axes[axis].dot(frame.space.x).abs(), axes[axis].dot(frame.space.z).abs() / w_middle);
+                parts * (sides[axis].size() / texels[axis])
+            };
+            texel_extents = [extents(0), extents(1)];
+            depths = depth;
+        }
+    }
+    let depths = if SPOT {
+        let depths = frame.with_spot_casters(depths, [x, y], above_middle, w);
+        depths.at_least(LEAST_ASPECT * measures.height.high / warp.ratio())
+    } else {
+        depths.at_least(floor)
+    };
+    let z = (depths.high * w - above_middle) / depths.size();
+    let range = depths.size();
+    Ok(ShadowMap::new(frame.origin, [x, y, z, w], warp, frame.space, frame.light, texel_extents, range, frame.fit.map_size))
+}

@@ -1,0 +1,294 @@
+//! Light space as rows, and the receivers as seen in it.
+
+use glam::{DVec3, DVec4};
+
+use super::extent::{Extent, at, row};
+use super::{Fit, NearDepth};
+use crate::basis::LightSpace;
+use crate::body::{Body, ConvexBody, LitBody, Reach};
+use crate::error::Error;
+use crate::light::{Light, Spot};
+use crate::math::{max, sqrt};
+use crate::plane::Plane;
+use crate::scene::Bounds;
+use crate::warp::{Slab, ViewAxis};
+
+/// Light space about an origin near the receivers. Places in it are fractions: `x/base`, `z/base`, `height/base`. For a
+/// light at infinity `base` is 1; for a spot light it is the distance along its axis, so that `x/base` and `z/base` are
+/// tangents, and `height` is 1.
+///
+/// Functions over the receivers take `SPOT` as a constant, so that those for a light at infinity do not divide by 1.
+pub(super) struct Frame<'a> {
+    pub(super) fit: &'a Fit<'a>,
+    pub(super) space: LightSpace,
+    pub(super) origin: DVec3,
+    /// The light as a homogeneous position, relative to the origin.
+    pub(super) light: DVec4,
+    pub(super) spot: Option<&'a Spot>,
+    pub(super) x: DVec4,
+    pub(super) z: DVec4,
+    pub(super) height: DVec4,
+    pub(super) base: DVec4,
+}
+
+/// What the receivers take up.
+pub(super) struct Measures {
+    pub(super) across: Extent,
+    pub(super) along: Extent,
+    pub(super) height: Extent,
+    pub(super) base: Extent,
+    /// Along the view direction, from the eye; not less than the near distance.
+    pub(super) depth: Extent,
+}
+
+impl<'a> Frame<'a> {
+    pub(super) fn new(fit: &'a Fit<'a>) -> Result<Self, Error> {
+        let origin = fit.origin()?;
+        let space = fit.light_space()?;
+        let LightSpace { x, y, z, .. } = space;
+        let light = fit.light.relative_to(origin);
+        let place = light.truncate();
+        Ok(match fit.light {
+            Light::Spot(spot) => Self {
+                fit,
+                space,
+                origin,
+                light,
+                spot: Some(spot),
+                x: row(x, -x.dot(place)),
+                z: row(z, -z.dot(place)),
+                height: DVec4::W,
+                base: row(-y, y.dot(place)),
+            },
+            _ => Self {
+                fit,
+                space,
+                origin,
+                light,
+                spot: None,
+                x: row(x, 0.0),
+                z: row(z, 0.0),
+                height: row(y, 0.0),
+                base: DVec4::W,
+            },
+        })
+    }
+
+    /// Calls `f` with the vertices of each receiver, as far as the light shines on it, and what to add to them.
+    #[inline(always)]
+    pub(super) fn each<const SPOT: bool>(&self, mut f: impl FnMut(&[DVec3], DVec3)) {
+        for body in self.fit.receivers {
+            let shift = body.origin() - self.origin;
+            if SPOT {
+                f(body.lit_by(self.fit.light, &self.space).vertices(), shift);
+            } else {
+                f(body.vertices(), shift);
+            }
+        }
+    }
+
+    #[inline(always)]
+    pub(super) fn measure<const SPOT: bool>(&self) -> Result<Measures, Error> {
+        let LightSpace { x, y, z, .. } = self.space;
+        let view = self.fit.view;
+        let mut measures = Measures {
+            across: Extent::NONE,
+            along: Extent::NONE,
+            height: Extent::NONE,
+            base: Extent::NONE,
+            depth: Extent::NONE,
+        };
+        self.each::<SPOT>(|vertices, shift| {
+            for vertex in vertices {
+                let q = *vertex + shift;
+                measures.depth.include(view.forward().dot(q));
+                if SPOT {
+                    let base = at(self.base, q);
+                    measures.base.include(base);
+                    measures.height.include(1.0 / base);
+                    measures.across.include(at(self.x, q) / base);
+                    measures.along.include(at(self.z, q) / base);
+                } else {
+                    measures.across.include(x.dot(q));
+                    measures.height.include(y.dot(q));
+                    measures.along.include(z.dot(q));
+                }
+            }
+        });
+        if SPOT {
+            if measures.base.low > measures.base.high {
+                return Err(Error::NothingLit);
+            }
+            // What remains of the near distance, at its place.
+            let rounding = 64.0 * f64::EPSILON * max(self.light.abs().max_element(), measures.base.high);
+            let condition = "must be above the rounding of the light's distance from what is seen";
+            crate::error::require(measures.base.low > rounding, "near", condition)?;
+        }
+        let eye_depth = view.forward().dot(self.to_eye());
+        measures.depth = Extent {
+            low: max(measures.depth.low - eye_depth, view.near()),
+            high: max(measures.depth.high - eye_depth, view.near()),
+        };
+        Ok(measures)
+    }
+
+    pub(super) fn to_eye(&self) -> DVec3 {
+        self.fit.view.eye() - self.origin
+    }
+
+    /// The place of the line of sight across the warp: the same for each of its points. `None` if it lies in the plane
+    /// through the light across its axis, which is nowhere in its picture.
+    pub(super) fn eye_across(&self) -> Option<f64> {
+        // Both would do; the one with the greater denominator is the more accurate. At infinity that is the eye.
+        let (eye, forward) = (self.to_eye(), self.fit.view.forward());
+        let at_eye = [at(self.x, eye), at(self.base, eye)];
+        let far_away = [self.x, self.base].map(|row| row.truncate().dot(forward));
+        let depth = at_eye[1].abs().max(eye.abs().max_element());
+        let [x, base] = if at_eye[1].abs() >= depth * far_away[1].abs() { at_eye } else { far_away };
+        let place = x / base;
+        place.is_finite().then_some(place)
+    }
+
+    /// Calls `f` with the points between two depths in the view that matter, positions relative to the origin: vertices, and
+    /// where edges pass one of these depths.
+    pub(super) fn each_between(&self, depths: Extent, mut f: impl FnMut(DVec3)) {
+        let eye = self.to_eye();
+        let depth = |q: DVec3| self.fit.view.forward().dot(q - eye);
+        for body in self.fit.receivers {
+            let shift = body.origin() - self.origin;
+            let lit: LitBody = body.lit_by(self.fit.light, &self.space);
+            let vertices = lit.vertices();
+            for vertex in vertices {
+                let q = *vertex + shift;
+                if (depths.low..=depths.high).contains(&depth(q)) {
+                    f(q);
+                }
+            }
+            for (a, b) in lit.edges() {
+                let (p, q) = (vertices[a] + shift, vertices[b] + shift);
+                for bound in [depths.low, depths.high] {
+                    let (before, beyond) = (bound - depth(p), depth(q) - bound);
+                    if before * beyond > 0.0 {
+                        f(p + (q - p) * (before / (before + beyond)));
+                    }
+                }
+            }
+        }
+    }
+
+    /// The depths that the warp is chosen for: those the user cares about, as far as there is anything.
+    pub(super) fn chosen_depths(&self, measures: &Measures) -> Option<Extent> {
+        let wanted = self.fit.warp_depths?;
+        let [low, high] = wanted.map(|depth| measures.depth.clamp(depth));
+        Some(Extent { low, high })
+    }
+
+    /// What the rules look at, for a body that begins at `along.low`.
+    pub(super) fn slab(&self, measures: &Measures, along: Extent) -> Slab {
+        let (mut depth, mut extent) = (measures.depth, along.size());
+        if let Some(chosen) = self.chosen_depths(measures) {
+            let mut part = Extent::NONE;
+            self.each_between(chosen, |q| part.include(at(self.z, q) / at(self.base, q)));
+            if part.low <= part.high {
+                (depth, extent) = (chosen, part.size());
+            }
+        }
+        Slab { near: depth.low, far: depth.high, extent, sin_gamma: self.space.sin_gamma }
+    }
+
+    /// Where the points of the line of sight lie in the body.
+    pub(super) fn view_axis(&self, along: Extent) -> ViewAxis {
+        let t = (self.z - along.low * self.base) / along.size();
+        let (eye, forward) = (self.to_eye(), self.fit.view.forward());
+        let of = |row: DVec4| [at(row, eye), row.truncate().dot(forward)];
+        ViewAxis { t: of(t), w: of(self.base) }
+    }
+
+    /// The extremes of linear fractions over `w`: of some rows over the receivers, and of the height from the
+    /// receivers to the casters, as [`NearDepth`] says. For a light at infinity, `height` grows by one per unit towards it.
+    #[inline(always)]
+    pub(super) fn fractions<const N: usize, const SPOT: bool>(
+        &self,
+        rows: [DVec4; N],
+        height: DVec4,
+        w: DVec4,
+    ) -> ([Extent; N], Extent) {
+        let (mut sides, mut depths) = ([Extent::NONE; N], Extent::NONE);
+        let with_casters = self.fit.near_depth == NearDepth::Casters;
+        let to_light = self.space.y;
+        for body in self.fit.receivers {
+            let shift = body.origin() - self.origin;
+            let mut include = |q: DVec3| {
+                let per_w = 1.0 / at(w, q);
+                for axis in 0..N {
+                    sides[axis].include(at(rows[axis], q) * per_w);
+                }
+                let height = at(height, q);
+                depths.include(height * per_w);
+                (height, per_w)
+            };
+            if SPOT {
+                for vertex in body.lit_by(self.fit.light, &self.space).vertices() {
+                    include(*vertex + shift);
+                }
+                continue;
+            }
+            let mut reach = Reach::new(to_light, self.fit.casters, self.origin, shift, [height, w]);
+            for (vertex, point) in body.vertices().iter().enumerate() {
+                let q = *point + shift;
+                let (height, per_w) = include(q);
+                reach.include(vertex, q, height, per_w);
+            }
+            if with_casters {
+                let inside = body.is_inside(self.fit.casters);
+                let reach = if inside { reach.of_enclosed(body) } else { reach.of_any(body, self.fit.casters) };
+                depths.high = max(reach, depths.high);
+            }
+        }
+        (sides, depths)
+    }
+
+    /// The extremes of linear fractions over the receivers alone.
+    pub(super) fn fractions_of_receivers<const N: usize, const SPOT: bool>(&self, rows: [DVec4; N], w: DVec4) -> [Extent; N] {
+        let mut sides = [Extent::NONE; N];
+        self.each::<SPOT>(|vertices, shift| {
+            for vertex in vertices {
+                let q = *vertex + shift;
+                let per_w = 1.0 / at(w, q);
+                for axis in 0..N {
+                    sides[axis].include(at(rows[axis], q) * per_w);
+                }
+            }
+        });
+        sides
+    }
+
+    /// The depths, out to the casters of a spot light that its finished sides show.
+    pub(super) fn with_spot_casters(&self, mut depths: Extent, sides: [DVec4; 2], height: DVec4, w: DVec4) -> Extent {
+        if let Some(spot) = self.spot.filter(|_| self.fit.near_depth == NearDepth::Casters) {
+            let near = self.base - DVec4::W * spot.near();
+            let [x, y] = sides;
+            let shown = shown(self.fit.casters, self.origin, &[near, w - x, w + x, w - y, w + y]);
+            for vertex in shown.vertices() {
+                depths.high = max(at(height, *vertex) / at(w, *vertex), depths.high);
+            }
+        }
+        depths
+    }
+}
+
+/// The part of a box where some rows are not negative: at most six. Wider by a rounding of the coordinates, so that a box
+/// without width is not missed.
+pub(crate) fn shown(bounds: &Bounds, origin: DVec3, rows: &[DVec4]) -> Body {
+    let mut body: Body = ConvexBody::box_about(bounds, origin);
+    let size = (bounds.min() - origin).abs().max((bounds.max() - origin).abs()).max_element();
+    for row in rows {
+        let length = sqrt(row.truncate().length_squared());
+        if length > 0.0 {
+            let margin = 8.0 * f64::EPSILON * (size + row.w.abs() / length);
+            // A box cut by six planes has room.
+            let _ = body.cut(&Plane::from_unit(-row.truncate() / length, row.w / length + margin));
+        }
+    }
+    body
+}

@@ -1,0 +1,126 @@
+//! The fit of a map whose warp has a direction of its own: perspective and plane-optimal shadow maps.
+//!
+//! Every projective map that keeps light rays is, in the plane of [`LightSpace`], a warp of the family along the gradient
+//! of its `w`, and an affine map after that. So such a map is a [`ShadowMap`] like the others, on other axes.
+
+use glam::{DVec2, DVec4};
+
+use super::extent::{Extent, LEAST_ASPECT, at, fitted, least_size};
+use super::frame::Frame;
+use crate::basis::LightSpace;
+use crate::error::Error;
+use crate::map::ShadowMap;
+use crate::math::{max, min, sqrt};
+use crate::plane::Plane;
+use crate::warp::{PerspectiveRule, Warp, perspective_rows};
+
+/// The map of a perspective rule.
+pub(super) fn perspective<const SPOT: bool>(frame: &Frame, rule: PerspectiveRule) -> Result<ShadowMap, Error> {
+    let depth = frame.measure::<SPOT>()?.depth;
+    let rows = perspective_rows(rule, frame.fit.view, frame.origin, frame.light, [depth.low, depth.high])?;
+    fit::<SPOT>(frame, rows).ok_or(crate::warp::INSIDE)
+}
+
+/// The map with the camera's picture of a plane.
+pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<ShadowMap, Error> {
+    let refused = Error::Unsupported {
+        requested: "a map for a plane on which some of what is seen casts its shadow behind the eye, or not at all",
+        use_instead: "Rule::OPTIMAL",
+    };
+    let height = frame.measure::<SPOT>()?.height;
+    let view = frame.fit.view;
+    let plane = plane.relative_to(frame.origin);
+    let plane = plane.normal().extend(-plane.offset());
+    let along = |axis: glam::DVec3| axis.extend(-axis.dot(frame.to_eye()));
+    // The depth of the camera's picture is 1 where it has no perspective.
+    let depth = if view.is_perspective() { along(view.forward()) } else { DVec4::W };
+    let at_light = plane.dot(frame.light);
+    let cast = |row: DVec4| row * at_light - plane * row.dot(frame.light);
+    let rows = [cast(along(view.right())), cast(along(view.up())), frame.height - height.middle() * frame.base, cast(depth)];
+    fit::<SPOT>(frame, rows).ok_or(refused)
+}
+
+/// Fits a map to the receivers: rows `u`, `v`, height and `w`, where `height/w` grows towards the light. `None` if `w` does
+/// not have one sign on them.
+fn fit<const SPOT: bool>(frame: &Frame, [u, v, height, w]: [DVec4; 4]) -> Option<ShadowMap> {
+    let base = frame.base;
+    let (mut ratio, mut size) = (Extent::NONE, 0.0);
+    frame.each::<SPOT>(|vertices, shift| {
+        for vertex in vertices {
+            let q = *vertex + shift;
+            ratio.include(at(w, q) / if SPOT { at(base, q) } else { 1.0 });
+            size = max(w.truncate().abs().dot(q.abs()) + w.w.abs(), size);
+        }
+    });
+    // With the other sign everywhere it is the same map.
+    let sign = if ratio.high < 0.0 { -1.0 } else { 1.0 };
+    let least = min(ratio.low.abs(), ratio.high.abs());
+    let one_sign = ratio.low * ratio.high > 0.0;
+    let accurate = max(ratio.low.abs(), ratio.high.abs()) <= Warp::MAX_EXCESS * least;
+    let beyond_rounding = SPOT || least > ROUNDING * size;
+    if !(one_sign && accurate && beyond_rounding) {
+        return None;
+    }
+    let [u, v, w] = [u, v, w].map(|row| row * (sign / least));
+    let excess = max(ratio.low.abs(), ratio.high.abs()) / least - 1.0;
+
+    // The warp's own axes, and the rows as functions of places in light space: across, along, constant.
+    let in_plane = |row: DVec4, axis: glam::DVec3| row.truncate().dot(axis);
+    let [g_x, g_z] = [in_plane(w, frame.space.x), in_plane(w, frame.space.z)];
+    let gradient = sqrt(g_x * g_x + g_z * g_z);
+    let (z, y) = (frame.space.x * g_x + frame.space.z * g_z, frame.space.y);
+    let space = if excess > 0.0 && gradient > 0.0 {
+        let z = z / gradient;
+        LightSpace { x: z.cross(y), y, z, ..frame.space }
+    } else {
+        frame.space
+    };
+    let constant = |row: DVec4| if SPOT { -in_plane(row, y) } else { row.w };
+    let place = |row: DVec4| [in_plane(row, space.x), in_plane(row, space.z), constant(row)];
+
+    // For a light at infinity, height in units of world length.
+    let height = if SPOT { height } else { height / in_plane(height, y) };
+    let x_row = if SPOT { space.x.extend(-space.x.dot(frame.light.truncate())) } else { space.x.extend(0.0) };
+    let ([u_extent, v_extent], depths) = frame.fractions::<2, SPOT>([u, v], height, w);
+    let [x_extent] = frame.fractions_of_receivers::<1, SPOT>([x_row], base);
+    let greatest = max(u_extent.size(), v_extent.size());
+    let floor = least_size(greatest, max(u_extent.reach(), v_extent.reach()));
+    let (u_extent, v_extent) = (u_extent.at_least(floor), v_extent.at_least(floor));
+
+    // The derivatives of the picture where w is 1, at the eye's place across the warp.
+    let [_, w_z, w_0] = place(w);
+    let eye = frame.to_eye();
+    let eye_base = at(base, eye);
+    // Where the eye is, as for the family; an eye behind a spot light is in no picture.
+    let centre = if eye_base > 0.0 { x_extent.clamp(at(x_row, eye) / eye_base) } else { x_extent.middle() };
+    let derivative = |row: DVec4| {
+        let [r_x, r_z, r_0] = place(row);
+        // r_z - (r/w) w_z, without the place itself, which is far away for a weak warp.
+        [r_x, r_z * w_0 - (r_x * centre + r_0) * w_z]
+    };
+    let ([u_x, u_z], [v_x, v_z]) = (derivative(u), derivative(v));
+    let determinant = u_x * v_z - u_z * v_x;
+    let [width, height_texels] = frame.fit.map_size.map(f64::from);
+    let texels = [
+        DVec2::new(v_z, v_x).abs() * (u_extent.size() / (width * determinant.abs())),
+        DVec2::new(u_z, u_x).abs() * (v_extent.size() / (height_texels * determinant.abs())),
+    ];
+    // Far up and unmirrored, as the family's.
+    let up = if v_z < 0.0 { -1.0 } else { 1.0 };
+    let across = if determinant * up < 0.0 { -1.0 } else { 1.0 };
+    let x = fitted(u, u_extent, w) * across;
+    let y = fitted(v, v_extent, w) * up;
+
+    let depths = if SPOT {
+        let depths = frame.with_spot_casters(depths, [x, y], height, w);
+        depths.at_least(LEAST_ASPECT * max(depths.reach(), f64::MIN_POSITIVE))
+    } else {
+        depths.at_least(least_size(0.0, frame.fit.caster_reach(frame.origin)))
+    };
+    let z = (depths.high * w - height) / depths.size();
+    let warp = Warp::clamped(excess);
+    Some(ShadowMap::new(frame.origin, [x, y, z, w], warp, space, frame.light, texels, depths.size(), frame.fit.map_size))
+}
+
+/// `w` has a rounding error of this times the size of its terms; less than this of them and nothing is left of it.
+const ROUNDING: f64 = 1.0 / (1_u64 << 44) as f64;
