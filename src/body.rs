@@ -5,8 +5,8 @@ mod lit;
 mod reach;
 mod sweep;
 
-pub(crate) use reach::Reach;
 pub use lit::LitBody;
+pub(crate) use reach::Reach;
 pub use sweep::CasterBody;
 
 use glam::DVec3;

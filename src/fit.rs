@@ -115,8 +115,12 @@ impl<'a> Fit<'a> {
     pub fn solve(&self, rule: Rule) -> Result<ShadowMap, Error> {
         let frame = self.frame()?;
         match (frame.spot.is_some(), rule) {
-            (true, Rule::Perspective(rule)) if self.view.is_perspective() => homography::perspective::<true>(&frame, rule),
-            (false, Rule::Perspective(rule)) if self.view.is_perspective() => homography::perspective::<false>(&frame, rule),
+            (true, Rule::Perspective(rule)) if self.view.is_perspective() => {
+                homography::perspective::<true>(&frame, rule)
+            }
+            (false, Rule::Perspective(rule)) if self.view.is_perspective() => {
+                homography::perspective::<false>(&frame, rule)
+            }
             (true, Rule::Plane(plane)) => homography::plane::<true>(&frame, &plane),
             (false, Rule::Plane(plane)) => homography::plane::<false>(&frame, &plane),
             (true, _) => family::fit::<true>(&frame, rule),
@@ -186,7 +190,11 @@ impl<'a> Fit<'a> {
         require(no_zero(self.map_size), "map_size", "must not be zero")?;
         require(no_zero(self.viewport), "viewport", "must not be zero")?;
         if let Some([near, far]) = self.warp_depths {
-            require(near >= 0.0 && near <= far, "warp_depths", "must be from a depth of at least 0 to one that is no less")?;
+            require(
+                near >= 0.0 && near <= far,
+                "warp_depths",
+                "must be from a depth of at least 0 to one that is no less",
+            )?;
         }
         Frame::new(self)
     }
@@ -202,7 +210,11 @@ impl<'a> Fit<'a> {
     /// eye.
     fn middle_vector(&self) -> DVec3 {
         let eye = self.view.eye();
-        let sum: DVec3 = self.receivers.iter().flat_map(|body| body.vertices().iter().map(move |v| *v + (body.origin() - eye))).sum();
+        let sum: DVec3 = self
+            .receivers
+            .iter()
+            .flat_map(|body| body.vertices().iter().map(move |v| *v + (body.origin() - eye)))
+            .sum();
         let length = sqrt(sum.length_squared());
         if self.view.forward().dot(sum) > 0.0 && length.is_finite() { sum / length } else { self.view.forward() }
     }

@@ -54,6 +54,7 @@
 //! | warp | [`Rule`], [`Warp`] | the excess |
 //! | fit | [`Fit`], [`ShadowMap`] | the matrix; [`Fit::guard_f32`] and [`ShadowMap::with_border`] as outermost steps |
 //! | aliasing | [`aliasing`] | the worst texel, exactly |
+//! | bias | [`mod@bias`] | the least depth bias, exactly |
 //!
 //! # Conventions
 //! World space is right-handed (in a left-handed one the map is right too, but triangles show their other side).
@@ -109,6 +110,7 @@ pub use glam;
 
 pub mod aliasing;
 mod basis;
+pub mod bias;
 mod body;
 mod clip_space;
 mod error;
@@ -123,6 +125,8 @@ mod view;
 mod warp;
 
 pub use basis::{Axes, LightSpace};
+#[doc(no_inline)]
+pub use bias::{DepthFormat, Filter, vertex_depth_error};
 pub use body::{Body, CasterBody, ConvexBody, Face, LitBody};
 pub use clip_space::{ClipSpace, DepthRange};
 pub use error::Error;

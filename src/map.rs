@@ -111,7 +111,13 @@ impl ShadowMap {
     pub fn to_light(&self, point: DVec3) -> DVec3 {
         let to_light = self.light.truncate() - (point - self.origin) * self.light.w;
         let length = sqrt(to_light.length_squared());
-        if self.light.w == 0.0 { to_light } else if length > 0.0 { to_light / length } else { DVec3::ZERO }
+        if self.light.w == 0.0 {
+            to_light
+        } else if length > 0.0 {
+            to_light / length
+        } else {
+            DVec3::ZERO
+        }
     }
 
     /// Returns the part of a box that the map shows: what lies between its sides, and between its near and far plane. For

@@ -8,8 +8,8 @@ mod trapezoidal;
 
 pub use light_space::{LightSpaceRule, Slab};
 pub use optimal::{Errors, Objective};
-pub(crate) use perspective::{INSIDE, rows as perspective_rows};
 pub use perspective::{Aim, PerspectiveRule};
+pub(crate) use perspective::{INSIDE, rows as perspective_rows};
 pub use trapezoidal::TrapezoidalRule;
 
 use crate::error::{Error, require};

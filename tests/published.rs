@@ -10,14 +10,15 @@ mod scenes;
 
 use scenes::{Scene, box_about, project};
 use serde_json::Value;
-use shadow_warp::glam::DVec3;
+use shadow_warp::glam::{DVec3, DVec4};
 use shadow_warp::{
-    Body, ClipSpace, Light, LightSpace, LightSpaceRule, NearDepth, Rule, ShadowMap, Sides, Slab, View, Warp,
+    Body, ClipSpace, Filter, Fit, Light, LightSpace, LightSpaceRule, NearDepth, Rule, ShadowMap, Sides, Slab, View,
+    Warp, vertex_depth_error,
 };
 
 type Check = fn(&Row);
 
-const CHECKS: [(&str, Check); 24] = [
+const CHECKS: [(&str, Check); 26] = [
     ("lispsm.eq2.s.hard_ratio", place),
     ("lispsm.eq2.s.n_inf", place),
     ("lispsm.dsdz", density),
@@ -42,6 +43,8 @@ const CHECKS: [(&str, Check); 24] = [
     ("warp.wgrad", w_gradient),
     ("lispsm.matrix.tilt", matrix),
     ("lispsm.matrix.far_world", matrix),
+    ("bias.facing", bias),
+    ("bias.chord", chord),
 ];
 
 struct Row(Value);
@@ -330,4 +333,45 @@ fn matrix(row: &Row) {
 
 fn vertices(body: &Body, eye: DVec3) -> impl Iterator<Item = DVec3> + '_ {
     body.vertices().iter().map(move |v| *v + (body.origin() - eye))
+}
+
+/// A box of the row's extents, seen whole from before it, under light from above; the map's axes and its depth range
+/// follow from it.
+fn bias(row: &Row) {
+    let expected = |name: &str| row.0["output"][name].as_f64().unwrap();
+    let (z0, d, k_y) = (row.input("z0"), row.input("d"), row.input("ky"));
+    let middle = DVec3::new(row.input("px"), row.input("py"), z0 + 0.5 * d);
+    let half = DVec3::new(2.0, 0.5 / k_y, 0.5 * d);
+    let all = box_about(middle, half);
+    let eye = middle.with_z(-100.0);
+    let view = View::perspective_off_centre(eye, DVec3::Z, DVec3::Y, Sides::centred(1.0, 1.0), 1.0..200.0).unwrap();
+    let mut scene = Scene::new(view, DVec3::Y, &[all], all);
+    scene.near_depth = NearDepth::Receivers;
+    let [width, height] = [2.0 * half.x / row.input("dX"), 1.0 / row.input("ds")];
+    let fit = Fit { map_size: [width as u32, height as u32], ..scene.fit() };
+    let map = fit.solve(Rule::Explicit(Warp::new(row.input("eta")).unwrap())).unwrap();
+
+    let point = DVec3::new(row.input("x"), row.input("y"), row.input("z"));
+    let normal = DVec3::new(-row.input("a"), 1.0, -row.input("b"));
+    close(map.w(point), expected("w"), "w");
+    // The row's s grows away from the eye, as OpenGL's v does; X grows with light space's x.
+    let space = ClipSpace::OPENGL;
+    let slope = map.depth_slope(space, point, normal).unwrap();
+    near(slope[0], expected("dD_dX") * row.input("dX"), 1e-18, "across");
+    near_relative(slope[1], expected("dD_ds") * row.input("ds"), 1e-14);
+    let filter = Filter::Bilinear(1);
+    close(filter.reach(), row.input("reach"), "reach");
+    let bias = filter.least_bias(slope);
+    near_relative(bias, expected("min_bias_depth"), 1e-14);
+    near_relative(map.length_of_bias(space, point, bias).unwrap(), expected("min_bias_world_hyp"), 1e-14);
+    close(map.length_of_bias(space, point, 0.25).unwrap(), 0.25 * expected("world_per_depth"), "length");
+    // In world units: the height itself, downwards.
+    let slope = map.linear_depth_slope(space, DVec4::new(0.0, -1.0, 0.0, 0.0), point, normal).unwrap();
+    near(slope[0], expected("dy_dX") * row.input("dX"), 1e-18, "across");
+    near(slope[1], expected("dy_ds") * row.input("ds"), 1e-18, "along");
+    near(filter.least_bias(slope), expected("min_bias_world_lin"), 1e-18, "bias");
+}
+
+fn chord(row: &Row) {
+    row.expect(vertex_depth_error(row.input("rho")).unwrap());
 }

@@ -74,9 +74,7 @@ impl<const SPOT: bool> Prepared<SPOT> {
         let axis = || frame.view_axis(*along);
         let excess = match rule {
             Rule::Explicit(warp) => warp.excess(),
-            Rule::Optimal(objective) => {
-                self.points(frame).best_ratio(objective, self.most_ratio(frame)) - 1.0
-            }
+            Rule::Optimal(objective) => self.points(frame).best_ratio(objective, self.most_ratio(frame)) - 1.0,
             // The others answer an error that grows towards the eye; an orthographic camera has none.
             _ if !frame.fit.view.is_perspective() => 0.0,
             Rule::LightSpace(rule) if !SPOT => {
@@ -134,7 +132,8 @@ pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowM
             y = fitted(offsets[1], sides[1], w);
             // A step along such an axis goes partly across the warp and partly along it.
             let extents = |axis: usize| {
-                let parts = DVec2::new(axes[axis].dot(frame.space.x).abs(), axes[axis].dot(frame.space.z).abs() / w_middle);
+                let parts =
+                    DVec2::new(axes[axis].dot(frame.space.x).abs(), axes[axis].dot(frame.space.z).abs() / w_middle);
                 parts * (sides[axis].size() / texels[axis])
             };
             texel_extents = [extents(0), extents(1)];
@@ -149,5 +148,14 @@ pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowM
     };
     let z = (depths.high * w - above_middle) / depths.size();
     let range = depths.size();
-    Ok(ShadowMap::new(frame.origin, [x, y, z, w], warp, frame.space, frame.light, texel_extents, range, frame.fit.map_size))
+    Ok(ShadowMap::new(
+        frame.origin,
+        [x, y, z, w],
+        warp,
+        frame.space,
+        frame.light,
+        texel_extents,
+        range,
+        frame.fit.map_size,
+    ))
 }

@@ -249,7 +249,11 @@ impl<'a> Frame<'a> {
     }
 
     /// The extremes of linear fractions over the receivers alone.
-    pub(super) fn fractions_of_receivers<const N: usize, const SPOT: bool>(&self, rows: [DVec4; N], w: DVec4) -> [Extent; N] {
+    pub(super) fn fractions_of_receivers<const N: usize, const SPOT: bool>(
+        &self,
+        rows: [DVec4; N],
+        w: DVec4,
+    ) -> [Extent; N] {
         let mut sides = [Extent::NONE; N];
         self.each::<SPOT>(|vertices, shift| {
             for vertex in vertices {

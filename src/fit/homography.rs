@@ -36,7 +36,8 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     let depth = if view.is_perspective() { along(view.forward()) } else { DVec4::W };
     let at_light = plane.dot(frame.light);
     let cast = |row: DVec4| row * at_light - plane * row.dot(frame.light);
-    let rows = [cast(along(view.right())), cast(along(view.up())), frame.height - height.middle() * frame.base, cast(depth)];
+    let rows =
+        [cast(along(view.right())), cast(along(view.up())), frame.height - height.middle() * frame.base, cast(depth)];
     fit::<SPOT>(frame, rows).ok_or(refused)
 }
 
@@ -119,7 +120,16 @@ fn fit<const SPOT: bool>(frame: &Frame, [u, v, height, w]: [DVec4; 4]) -> Option
     };
     let z = (depths.high * w - height) / depths.size();
     let warp = Warp::clamped(excess);
-    Some(ShadowMap::new(frame.origin, [x, y, z, w], warp, space, frame.light, texels, depths.size(), frame.fit.map_size))
+    Some(ShadowMap::new(
+        frame.origin,
+        [x, y, z, w],
+        warp,
+        space,
+        frame.light,
+        texels,
+        depths.size(),
+        frame.fit.map_size,
+    ))
 }
 
 /// `w` has a rounding error of this times the size of its terms; less than this of them and nothing is left of it.

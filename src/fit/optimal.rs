@@ -158,11 +158,17 @@ fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Errors, Error> {
             continue;
         }
         let frame = Frame { fit: &lit, ..*frame };
-        along = max(integral(&frame, depths, |q| {
-            let point = points.point(q);
-            // `t`, and the reciprocal of the error of a uniform map.
-            (point.end / (point.start + point.end), 1.0 / (point.along * (point.start + point.end) * (point.start + point.end)))
-        }), along);
+        along = max(
+            integral(&frame, depths, |q| {
+                let point = points.point(q);
+                // `t`, and the reciprocal of the error of a uniform map.
+                (
+                    point.end / (point.start + point.end),
+                    1.0 / (point.along * (point.start + point.end) * (point.start + point.end)),
+                )
+            }),
+            along,
+        );
     }
     Ok(Errors { along, across: points.errors(ratio).across })
 }

@@ -140,7 +140,12 @@ impl Worst {
         let k = self.across;
         // x_i (w_k/w_i)' = x_i (v_k u_i - u_k v_i)/w_i^2, for w = u + v rho.
         let rise = |i: Point| k.end * i.start - k.start * i.end;
-        Piece::Across { k, i: self.right, j: self.left, rise: [self.right.x * rise(self.right), -self.left.x * rise(self.left)] }
+        Piece::Across {
+            k,
+            i: self.right,
+            j: self.left,
+            rise: [self.right.x * rise(self.right), -self.left.x * rise(self.left)],
+        }
     }
 }
 

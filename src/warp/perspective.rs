@@ -125,7 +125,8 @@ pub(crate) fn rows(
                 let [low, high] = [min(scaled[0], scaled[1]), max(scaled[0], scaled[1])];
                 // W clamp(L/W), and clamp(L/W) itself, without a quotient of small numbers.
                 w_c[axis] = min(max(l3[axis], low), high);
-                c[axis] = if w_l == 0.0 { 0.5 * (ends[0] + ends[1]) } else { min(max(l3[axis] / w_l, ends[0]), ends[1]) };
+                c[axis] =
+                    if w_l == 0.0 { 0.5 * (ends[0] + ends[1]) } else { min(max(l3[axis] / w_l, ends[0]), ends[1]) };
             }
             (c, w_c)
         }
