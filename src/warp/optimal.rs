@@ -273,13 +273,13 @@ fn meet((low, falling): (f64, Piece), (high, growing): (f64, Piece)) -> f64 {
     // Between the two minima one falls and the other grows: their difference has one root. The rule of false position,
     // with the value at an end that stays reduced as Anderson and Bjorck (1973) do.
     let difference = |ratio: f64| growing.value(ratio) - falling.value(ratio);
+    let rounding = |ratio: f64| 1e-15 * growing.value(ratio);
     let (mut a, mut b) = (of_growing, of_falling);
     let (mut f_a, mut f_b) = (difference(a), difference(b));
-    let enough = ACCURACY * 0.1 * growing.value(b);
     for _ in 0..MOST_ROUNDS {
         let c = (a * f_b - b * f_a) / (f_b - f_a);
         let f_c = difference(c);
-        if f_c.abs() <= enough || (b - a).abs() <= ACCURACY * b {
+        if f_c.abs() <= rounding(c) || (b - a).abs() <= ACCURACY * 0.1 * b {
             return c;
         }
         if (f_c > 0.0) == (f_b > 0.0) {
