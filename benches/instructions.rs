@@ -80,6 +80,30 @@ fn fit_lispsm(jobs: Vec<Ready>) {
 
 #[library_benchmark]
 #[bench::jobs(setup = ready)]
+fn fit_tsm(jobs: Vec<Ready>) {
+    jobs.iter().for_each(|ready| {
+        black_box(ready.fit().solve(Rule::TSM).unwrap());
+    });
+}
+
+#[library_benchmark]
+#[bench::jobs(setup = ready)]
+fn fit_psm(jobs: Vec<Ready>) {
+    jobs.iter().for_each(|ready| {
+        black_box(ready.fit().solve(Rule::PSM).unwrap());
+    });
+}
+
+#[library_benchmark]
+#[bench::jobs(setup = ready)]
+fn fit_optimal(jobs: Vec<Ready>) {
+    jobs.iter().for_each(|ready| {
+        black_box(ready.fit().solve(Rule::OPTIMAL).unwrap());
+    });
+}
+
+#[library_benchmark]
+#[bench::jobs(setup = ready)]
 fn worst_texel(jobs: Vec<Ready>) {
     jobs.iter().for_each(|ready| {
         black_box(ready.fit().worst_texel(&ready.map));
@@ -96,6 +120,6 @@ fn guard_f32(jobs: Vec<Ready>) {
 
 library_benchmark_group!(
     name = jobs,
-    benchmarks = [view, clip, sweep, fit_uniform, fit_lispsm, worst_texel, guard_f32]
+    benchmarks = [view, clip, sweep, fit_uniform, fit_lispsm, fit_tsm, fit_psm, fit_optimal, worst_texel, guard_f32]
 );
 main!(library_benchmark_groups = jobs);

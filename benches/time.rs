@@ -58,6 +58,15 @@ fn benches(criterion: &mut Criterion) {
     time("fit lispsm", &|i| {
         black_box(jobs[i].fit().solve(Rule::LISPSM).unwrap());
     });
+    time("fit tsm", &|i| {
+        black_box(jobs[i].fit().solve(Rule::TSM).unwrap());
+    });
+    time("fit psm", &|i| {
+        black_box(jobs[i].fit().solve(Rule::PSM).unwrap());
+    });
+    time("fit optimal", &|i| {
+        black_box(jobs[i].fit().solve(Rule::OPTIMAL).unwrap());
+    });
     time("worst texel", &|i| {
         black_box(jobs[i].fit().worst_texel(&maps[i]));
     });
@@ -69,6 +78,15 @@ fn benches(criterion: &mut Criterion) {
     });
     time("pieces to matrix, lispsm", &|i| {
         black_box(whole(&jobs[i].job, Rule::LISPSM));
+    });
+    time("pieces to matrix, tsm", &|i| {
+        black_box(whole(&jobs[i].job, Rule::TSM));
+    });
+    time("pieces to matrix, psm", &|i| {
+        black_box(whole(&jobs[i].job, Rule::PSM));
+    });
+    time("pieces to matrix, optimal", &|i| {
+        black_box(whole(&jobs[i].job, Rule::OPTIMAL));
     });
 }
 

@@ -59,7 +59,10 @@ fn no_other_warp_is_better() {
             let limit = fit.solve(Rule::Explicit(Warp::new(1e8).unwrap())).unwrap().warp().excess();
             for warp in warps().filter(|warp| warp.excess() <= limit) {
                 let other = objective.of(&fit.errors(warp).unwrap());
-                assert!(least <= other * (1.0 + 1e-9), "{case} {objective:?}: {least} at {best:?}, {other} at {warp:?}");
+                assert!(
+                    least <= other * (1.0 + 1e-9),
+                    "{case} {objective:?}: {least} at {best:?}, {other} at {warp:?}"
+                );
             }
             let published = LIGHT_SPACE_RULES.map(Rule::LightSpace);
             for rule in published.into_iter().chain([Rule::Uniform, Rule::TSM, Rule::OnAxis]) {
