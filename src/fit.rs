@@ -161,7 +161,7 @@ impl<'a> Fit<'a> {
         require_position(origin, "origin")?;
         let frame = self.frame()?;
         if let Some(spot) = frame.spot {
-            let far = frame.measure::<true>()?.base;
+            let far = frame.measure::<true>(|_| ())?.base;
             let nearest = frame.base.truncate();
             let corner = DVec3::select(nearest.cmplt(DVec3::ZERO), self.casters.max(), self.casters.min());
             let casters = max(at(frame.base, corner - frame.origin), spot.near());

@@ -3,8 +3,8 @@
 use glam::DVec2;
 
 use super::extent::{Extent, LEAST_ASPECT, fitted, least_size, row};
-use super::frame::{Frame, Measures};
-use super::optimal::Points;
+use super::frame::{Frame, Measures, Place};
+use super::optimal;
 use crate::basis::Axes;
 use crate::error::Error;
 use crate::map::ShadowMap;
@@ -23,19 +23,19 @@ const MOST_STEEP_DEPTH: f64 = (1_u64 << 48) as f64;
 pub(super) struct Prepared<const SPOT: bool> {
     pub(super) measures: Measures,
     /// Along the warp, not flat.
-    along: Extent,
+    pub(super) along: Extent,
     /// The least extent across.
     floor: f64,
     /// How far away things are, as fractions of light space.
     distance: f64,
     /// The centre of the warp across it: `p_x`.
-    centre: f64,
+    pub(super) centre: f64,
 }
 
 impl<const SPOT: bool> Prepared<SPOT> {
     #[inline(always)]
-    pub(super) fn new(frame: &Frame) -> Result<Self, Error> {
-        let measures = frame.measure::<SPOT>()?;
+    pub(super) fn new(frame: &Frame, keep: impl FnMut(Place)) -> Result<Self, Error> {
+        let measures = frame.measure::<SPOT>(keep)?;
         let Measures { across, along, height, base, depth } = &measures;
         let shift = max(frame.fit.greatest_shift(frame.origin), depth.high.abs());
         let (greatest, distance) = if SPOT {
@@ -49,11 +49,6 @@ impl<const SPOT: bool> Prepared<SPOT> {
         let along = along.at_least(floor);
         let centre = frame.eye_across().map_or(across.middle(), |eye| across.clamp(eye));
         Ok(Self { measures, along, floor, distance, centre })
-    }
-
-    #[inline(always)]
-    pub(super) fn points<'a>(&self, frame: &'a Frame<'a>) -> Points<'a, SPOT> {
-        Points::new(frame, &self.measures, self.along, self.centre)
     }
 
     /// The greatest excess that `f64` can carry.
@@ -74,7 +69,6 @@ impl<const SPOT: bool> Prepared<SPOT> {
         let axis = || frame.view_axis(*along);
         let excess = match rule {
             Rule::Explicit(warp) => warp.excess(),
-            Rule::Optimal(objective) => self.points(frame).best_ratio(objective, self.most_ratio(frame)) - 1.0,
             // The others answer an error that grows towards the eye; an orthographic camera has none.
             _ if !frame.fit.view.is_perspective() => 0.0,
             Rule::LightSpace(rule) if !SPOT => {
@@ -85,15 +79,21 @@ impl<const SPOT: bool> Prepared<SPOT> {
             }
             Rule::LightSpace(_) | Rule::OnAxis => on_axis::excess(&slab(), &axis()),
             Rule::Trapezoidal(rule) => rule.excess(&slab(), &axis()),
-            Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) => 0.0,
+            Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) | Rule::Optimal(_) => 0.0,
         };
         Warp::clamped(excess).at_most(self.most(frame))
     }
 }
 
 pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowMap, Error> {
-    let prepared = Prepared::<SPOT>::new(frame)?;
-    let warp = prepared.warp(frame, rule);
+    let (prepared, warp) = if let Rule::Optimal(objective) = rule {
+        let (prepared, ratio) = optimal::prepare::<SPOT>(frame, objective)?;
+        (prepared, Warp::clamped(ratio - 1.0))
+    } else {
+        let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
+        let warp = prepared.warp(frame, rule);
+        (prepared, warp)
+    };
     let Prepared { measures, along, floor, centre, .. } = prepared;
     let (eta, d, base) = (warp.excess(), along.size(), frame.base);
     // The warp's denominator, over `base`: 1 where the body begins, 1 + eta where it ends.

@@ -41,6 +41,19 @@ pub(super) struct Measures {
     pub(super) depth: Extent,
 }
 
+/// Where a vertex is in light space, as fractions, and in the view, from the plane through the origin.
+#[derive(Clone, Copy)]
+pub(super) struct Place {
+    pub(super) across: f64,
+    pub(super) along: f64,
+    pub(super) base: f64,
+    pub(super) depth: f64,
+}
+
+impl Place {
+    pub(super) const NONE: Self = Self { across: 0.0, along: 0.0, base: 1.0, depth: 0.0 };
+}
+
 impl<'a> Frame<'a> {
     pub(super) fn new(fit: &'a Fit<'a>) -> Result<Self, Error> {
         let origin = fit.origin()?;
@@ -87,10 +100,10 @@ impl<'a> Frame<'a> {
         }
     }
 
+    /// Measures the receivers, and hands each vertex' place on to `keep`.
     #[inline(always)]
-    pub(super) fn measure<const SPOT: bool>(&self) -> Result<Measures, Error> {
-        let LightSpace { x, y, z, .. } = self.space;
-        let view = self.fit.view;
+    pub(super) fn measure<const SPOT: bool>(&self, mut keep: impl FnMut(Place)) -> Result<Measures, Error> {
+        let (y, view) = (self.space.y, self.fit.view);
         let mut measures = Measures {
             across: Extent::NONE,
             along: Extent::NONE,
@@ -101,18 +114,15 @@ impl<'a> Frame<'a> {
         self.each::<SPOT>(|vertices, shift| {
             for vertex in vertices {
                 let q = *vertex + shift;
-                measures.depth.include(view.forward().dot(q));
+                let place = self.place::<SPOT>(q);
+                measures.depth.include(place.depth);
+                measures.across.include(place.across);
+                measures.along.include(place.along);
+                measures.height.include(if SPOT { 1.0 / place.base } else { y.dot(q) });
                 if SPOT {
-                    let base = at(self.base, q);
-                    measures.base.include(base);
-                    measures.height.include(1.0 / base);
-                    measures.across.include(at(self.x, q) / base);
-                    measures.along.include(at(self.z, q) / base);
-                } else {
-                    measures.across.include(x.dot(q));
-                    measures.height.include(y.dot(q));
-                    measures.along.include(z.dot(q));
+                    measures.base.include(place.base);
                 }
+                keep(place);
             }
         });
         if SPOT {
@@ -130,6 +140,17 @@ impl<'a> Frame<'a> {
             high: max(measures.depth.high - eye_depth, view.near()),
         };
         Ok(measures)
+    }
+
+    #[inline(always)]
+    pub(super) fn place<const SPOT: bool>(&self, q: DVec3) -> Place {
+        let depth = self.fit.view.forward().dot(q);
+        if SPOT {
+            let base = at(self.base, q);
+            Place { across: at(self.x, q) / base, along: at(self.z, q) / base, base, depth }
+        } else {
+            Place { across: self.space.x.dot(q), along: self.space.z.dot(q), base: 1.0, depth }
+        }
     }
 
     pub(super) fn to_eye(&self) -> DVec3 {

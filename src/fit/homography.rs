@@ -16,7 +16,7 @@ use crate::warp::{PerspectiveRule, Warp, perspective_rows};
 
 /// The map of a perspective rule.
 pub(super) fn perspective<const SPOT: bool>(frame: &Frame, rule: PerspectiveRule) -> Result<ShadowMap, Error> {
-    let depth = frame.measure::<SPOT>()?.depth;
+    let depth = frame.measure::<SPOT>(|_| ())?.depth;
     let rows = perspective_rows(rule, frame.fit.view, frame.origin, frame.light, [depth.low, depth.high])?;
     fit::<SPOT>(frame, rows).ok_or(crate::warp::INSIDE)
 }
@@ -27,7 +27,7 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
         requested: "a map for a plane on which some of what is seen casts its shadow behind the eye, or not at all",
         use_instead: "Rule::OPTIMAL",
     };
-    let height = frame.measure::<SPOT>()?.height;
+    let height = frame.measure::<SPOT>(|_| ())?.height;
     let view = frame.fit.view;
     let plane = plane.relative_to(frame.origin);
     let plane = plane.normal().extend(-plane.offset());

@@ -1,109 +1,158 @@
 //! The errors of all warps over the receivers, and the best one.
 
-use glam::{DVec3, DVec4};
+use glam::DVec3;
 
 use super::Fit;
-use super::extent::{Extent, at};
+use super::extent::Extent;
 use super::family::Prepared;
-use super::frame::{Frame, Measures};
+use super::frame::{Frame, Place};
 use crate::error::Error;
 use crate::math::{ln, max, min};
 use crate::warp::Warp;
-use crate::warp::optimal::{Errors, Objective, Point, Worst, minimise};
+use crate::warp::optimal::{Errors, Objective, Piece, Point, Search, least_between, least_of_valley};
 
 /// The receivers as the errors depend on them.
 pub(super) struct Points<'a, const SPOT: bool> {
     frame: &'a Frame<'a>,
-    /// The rows of `t` and of `x` from the centre of the warp.
-    t: DVec4,
-    x: DVec4,
+    /// Where the body begins along the warp, and the reciprocal of its extent.
+    start: f64,
+    per_extent: f64,
+    /// The centre of the warp across it.
+    centre: f64,
+    eye_depth: f64,
     /// Pixels per unit at a depth of one, over the texels: along the warp, times the extent; and across.
     scale: [f64; 2],
     chosen: Option<Extent>,
-    /// The points, if there are not too many.
-    few: [Point; FEW],
-    len: usize,
 }
-
-/// Two bodies of the greatest size. Where there are more, every look at the points goes back to the bodies.
-const FEW: usize = 40;
 
 impl<'a, const SPOT: bool> Points<'a, SPOT> {
     #[inline(always)]
-    pub(super) fn new(frame: &'a Frame<'a>, measures: &Measures, along: Extent, centre: f64) -> Self {
-        let fit = frame.fit;
+    pub(super) fn new(frame: &'a Frame<'a>, prepared: &Prepared<SPOT>) -> Self {
+        let (fit, along) = (frame.fit, prepared.along);
         let pixels = fit.view.pixels_per_unit_at_one(fit.viewport);
         let texels = fit.map_size.map(f64::from);
-        let mut points = Points {
+        Points {
             frame,
-            t: (frame.z - along.low * frame.base) / along.size(),
-            x: frame.x - centre * frame.base,
+            start: along.low,
+            per_extent: 1.0 / along.size(),
+            centre: prepared.centre,
+            eye_depth: fit.view.forward().dot(frame.to_eye()),
             scale: [pixels * along.size() / texels[1], pixels / texels[0]],
-            chosen: frame.chosen_depths(measures),
-            few: [Point::NONE; FEW],
-            len: 0,
-        };
-        let (mut len, mut few) = (0, [Point::NONE; FEW]);
-        points.each(|point| {
-            if len < FEW {
-                few[len] = *point;
-            }
-            len += 1;
-        });
-        (points.len, points.few) = (len, few);
-        points
+            chosen: frame.chosen_depths(&prepared.measures),
+        }
     }
 
     #[inline(always)]
-    fn point(&self, q: DVec3) -> Point {
+    fn point(&self, place: &Place) -> Point {
+        let Place { across, along, base, depth } = *place;
         let view = self.frame.fit.view;
-        let [along, across] = self.scale;
-        let depth = view.forward().dot(q - self.frame.to_eye());
-        let per_depth = if view.is_perspective() { 1.0 / max(depth, view.near()) } else { 1.0 };
-        let base = if SPOT { at(self.frame.base, q) } else { 1.0 };
-        let end = min(max(at(self.t, q), 0.0), base);
-        let per_base = if SPOT { per_depth / base } else { per_depth };
-        Point { start: base - end, end, x: at(self.x, q), along: along * per_base, across: across * per_depth }
+        let per_depth = if view.is_perspective() { 1.0 / max(depth - self.eye_depth, view.near()) } else { 1.0 };
+        let t = min(max((along - self.start) * self.per_extent, 0.0), 1.0);
+        Point {
+            start: base * (1.0 - t),
+            end: base * t,
+            x: base * (across - self.centre),
+            along: self.scale[0] * if SPOT { per_depth / base } else { per_depth },
+            across: self.scale[1] * per_depth,
+        }
     }
 
+    /// Calls `f` with all points. If only some depths were chosen, all vertices make the sides of the map, and what lies in
+    /// these depths makes its error.
     #[inline(always)]
-    fn each(&self, mut f: impl FnMut(&Point)) {
-        let Some(chosen) = self.chosen else {
-            return self.frame.each::<SPOT>(|vertices, shift| {
-                for vertex in vertices {
-                    f(&self.point(*vertex + shift));
-                }
-            });
-        };
-        // All points make the sides of the map; those that were chosen make its error.
+    fn each(&self, mut f: impl FnMut(Point)) {
         self.frame.each::<SPOT>(|vertices, shift| {
             for vertex in vertices {
-                f(&Point { along: 0.0, across: 0.0, ..self.point(*vertex + shift) });
+                let point = self.point(&self.frame.place::<SPOT>(*vertex + shift));
+                f(if self.chosen.is_some() { Point { along: 0.0, across: 0.0, ..point } } else { point });
             }
         });
-        self.frame.each_between(chosen, |q| f(&self.point(q)));
-    }
-
-    fn worst(&self, ratio: f64) -> Worst {
-        let mut worst = Worst::new(ratio);
-        if self.len <= FEW {
-            for point in &self.few[..self.len] {
-                worst.include(point);
-            }
-        } else {
-            self.each(|point| worst.include(point));
+        if let Some(chosen) = self.chosen {
+            self.frame.each_between(chosen, |q| f(self.point(&self.frame.place::<SPOT>(q))));
         }
-        worst
     }
 
-    /// The ratio of the best warp, at most `most`.
-    pub(super) fn best_ratio(&self, objective: Objective, most: f64) -> f64 {
-        minimise(objective, most, |ratio| self.worst(ratio))
+    fn search(&self, ratio: f64) -> Search {
+        let mut search = Search::new(ratio);
+        self.each(|point| search.include(&point));
+        search
     }
 
-    pub(super) fn errors(&self, ratio: f64) -> Errors {
-        self.worst(ratio).errors()
+    fn nth(&self, number: usize) -> Point {
+        let (mut found, mut count) = (Point::NONE, 0);
+        self.each(|point| {
+            found = if count == number { point } else { found };
+            count += 1;
+        });
+        found
     }
+
+    /// The ratio of the best warp, at most `most`, by looks at all points each time.
+    fn best_ratio(&self, objective: Objective, most: f64) -> f64 {
+        best(objective, most, [None; 2], |ratio| self.search(ratio), |number| self.nth(number))
+    }
+}
+
+/// More points than a body has.
+const FEW: usize = 24;
+
+/// Measures the receivers, and finds the ratio of the best warp. One body's vertices are kept as they are measured; where there
+/// are more, or only some depths count, every look at the points goes back to the bodies.
+pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> Result<(Prepared<SPOT>, f64), Error> {
+    let (mut places, mut len) = ([Place::NONE; FEW], 0);
+    let prepared = Prepared::<SPOT>::new(frame, |place| {
+        if let Some(kept) = places.get_mut(len) {
+            *kept = place;
+        }
+        len += 1;
+    })?;
+    let most = prepared.most_ratio(frame);
+    let all = Points::new(frame, &prepared);
+    let Some(places) = places.get(..len).filter(|_| all.chosen.is_none()) else {
+        let ratio = all.best_ratio(objective, most);
+        return Ok((prepared, ratio));
+    };
+    let mut points = [Point::NONE; FEW];
+    // The worst along the warp without one (of several the one where the body begins), and with one without end.
+    let (mut first, mut last, mut most_at_once, mut most_in_the_end) = (0, 0, [0.0, 0.0], 0.0);
+    for (number, place) in places.iter().enumerate() {
+        let point = all.point(place);
+        points[number] = point;
+        let in_the_end = point.end * point.end * point.along;
+        last = if in_the_end > most_in_the_end { number } else { last };
+        most_in_the_end = max(in_the_end, most_in_the_end);
+        let at_once = [point.along, point.start];
+        if at_once > most_at_once {
+            (first, most_at_once) = (number, at_once);
+        }
+    }
+    let points = &points[..len];
+    let known = match objective {
+        Objective::Across => [None; 2],
+        _ => [first, last].map(|number| Some(Piece::Along(points[number]))),
+    };
+    let search = |ratio: f64| {
+        let mut search = Search::new(ratio);
+        points.iter().for_each(|point| search.include(point));
+        search
+    };
+    Ok((prepared, best(objective, most, known, search, |number| points[number])))
+}
+
+#[inline(always)]
+fn best(
+    objective: Objective,
+    most: f64,
+    known: [Option<Piece>; 2],
+    search: impl Fn(f64) -> Search,
+    point: impl Fn(usize) -> Point,
+) -> f64 {
+    if objective != Objective::Product {
+        return least_of_valley(most, known, |ratio| search(ratio).piece(objective, &point));
+    }
+    let along = least_of_valley(most, known, |ratio| search(ratio).piece(Objective::Along, &point));
+    let across = least_of_valley(most, [None; 2], |ratio| search(ratio).piece(Objective::Across, &point));
+    least_between([along, across], |ratio| Objective::Product.of(&search(ratio).errors()))
 }
 
 impl Fit<'_> {
@@ -116,11 +165,12 @@ impl Fit<'_> {
     /// As [`Fit::solve`].
     pub fn errors(&self, warp: Warp) -> Result<Errors, Error> {
         let frame = self.frame()?;
-        Ok(if frame.spot.is_some() {
-            Prepared::<true>::new(&frame)?.points(&frame).errors(warp.ratio())
+        let search = if frame.spot.is_some() {
+            Points::new(&frame, &Prepared::<true>::new(&frame, |_| ())?).search(warp.ratio())
         } else {
-            Prepared::<false>::new(&frame)?.points(&frame).errors(warp.ratio())
-        })
+            Points::new(&frame, &Prepared::<false>::new(&frame, |_| ())?).search(warp.ratio())
+        };
+        Ok(search.errors())
     }
 
     /// Returns a lower bound on [`Fit::errors`] over all warps, along and across separately: no map on these axes can do
@@ -145,8 +195,8 @@ impl Fit<'_> {
 }
 
 fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Errors, Error> {
-    let prepared = Prepared::<SPOT>::new(frame)?;
-    let points = prepared.points(frame);
+    let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
+    let points = Points::new(frame, &prepared);
     let ratio = points.best_ratio(Objective::Across, prepared.most_ratio(frame));
     let depths = points.chosen.unwrap_or(prepared.measures.depth);
     let mut along = 0.0;
@@ -160,7 +210,7 @@ fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Errors, Error> {
         let frame = Frame { fit: &lit, ..*frame };
         along = max(
             integral(&frame, depths, |q| {
-                let point = points.point(q);
+                let point = points.point(&frame.place::<SPOT>(q));
                 // `t`, and the reciprocal of the error of a uniform map.
                 (
                     point.end / (point.start + point.end),
@@ -170,7 +220,7 @@ fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Errors, Error> {
             along,
         );
     }
-    Ok(Errors { along, across: points.errors(ratio).across })
+    Ok(Errors { along, across: points.search(ratio).errors().across })
 }
 
 /// The integral of `1/g` over the lower hull of the points `(t, g)` of a body, found corner by corner.

@@ -1,6 +1,6 @@
 //! The best warp: the exact minimum of the worst error over a body.
 
-use crate::math::{max, sqrt};
+use crate::math::{max, min, sqrt};
 
 /// What [`Rule::Optimal`](crate::Rule::Optimal) makes as small as can be: the perspective aliasing, in pixels per texel, at
 /// the worst point of what is seen, or of the part between [`Fit::warp_depths`](crate::Fit::warp_depths).
@@ -83,98 +83,112 @@ impl Point {
     }
 }
 
-/// The points that are the worst for a ratio.
+/// The search for the points that are the worst for a ratio, by their numbers.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Worst {
+pub(crate) struct Search {
     ratio: f64,
-    along: Point,
-    across: Point,
-    /// At the two sides of the map.
-    right: Point,
-    left: Point,
+    /// Along, across, and at the two sides of the map.
     values: [f64; 4],
+    numbers: [usize; 4],
+    len: usize,
 }
 
-impl Worst {
+impl Search {
     #[inline(always)]
     pub(crate) fn new(ratio: f64) -> Self {
-        let [along, across, right, left] = [Point::NONE; 4];
-        Self { ratio, along, across, right, left, values: [0.0, 0.0, 0.0, 0.0] }
+        Self { ratio, values: [0.0; 4], numbers: [0; 4], len: 0 }
     }
 
     #[inline(always)]
     pub(crate) fn include(&mut self, point: &Point) {
         let w = point.w(self.ratio);
-        let (per_pixel, side) = (w * point.across, point.x / w);
-        let along = w * w * point.along;
-        if along > self.values[0] {
-            (self.values[0], self.along) = (along, *point);
+        let side = point.x / w;
+        let values = [w * w * point.along, w * point.across, side, -side];
+        for (which, value) in values.into_iter().enumerate() {
+            self.numbers[which] = if value > self.values[which] { self.len } else { self.numbers[which] };
+            self.values[which] = max(value, self.values[which]);
         }
-        if per_pixel > self.values[1] {
-            (self.values[1], self.across) = (per_pixel, *point);
-        }
-        if side > self.values[2] {
-            (self.values[2], self.right) = (side, *point);
-        }
-        if side < self.values[3] {
-            (self.values[3], self.left) = (side, *point);
-        }
+        self.len += 1;
     }
 
     pub(crate) fn errors(&self) -> Errors {
         let [along, per_pixel, right, left] = self.values;
-        Errors { along: along / self.ratio, across: per_pixel * (right - left) }
+        Errors { along: along / self.ratio, across: per_pixel * (right + left) }
     }
 
-    /// The function that is greatest at this ratio.
-    fn piece(&self, objective: Objective) -> Piece {
+    /// The function that is greatest at this ratio, made of the points of the numbers that were found.
+    #[inline(always)]
+    pub(crate) fn piece(&self, objective: Objective, point: impl Fn(usize) -> Point) -> Piece {
         let Errors { along, across } = self.errors();
-        match objective {
-            Objective::Across => self.piece_across(),
-            Objective::Larger | Objective::Product if across > along => self.piece_across(),
-            _ => Piece::Along(self.along),
+        let is_across = objective == Objective::Across || objective == Objective::Larger && across > along;
+        if !is_across {
+            return Piece::Along(point(self.numbers[0]));
         }
-    }
-
-    fn piece_across(&self) -> Piece {
-        let k = self.across;
-        // x_i (w_k/w_i)' = x_i (v_k u_i - u_k v_i)/w_i^2, for w = u + v rho.
-        let rise = |i: Point| k.end * i.start - k.start * i.end;
-        Piece::Across {
-            k,
-            i: self.right,
-            j: self.left,
-            rise: [self.right.x * rise(self.right), -self.left.x * rise(self.left)],
-        }
+        let k = point(self.numbers[1]);
+        let side = |which: usize| {
+            let i = point(self.numbers[which]);
+            // No side of the map is beyond the centre. The slope: x (w_k/w_i)' = x (v_k u_i - u_k v_i)/w_i^2 for w = u + v rho.
+            let x = if self.values[which] > 0.0 { i.x.abs() } else { 0.0 };
+            Side { x, start: i.start, end: i.end, rise: x * (k.end * i.start - k.start * i.end) }
+        };
+        Piece::Across { start: k.start * k.across, end: k.end * k.across, sides: [side(2), side(3)] }
     }
 }
 
 /// The error of one point, or of three, as a function of the ratio: first falling, then growing. The error of the body is
 /// nowhere less.
 #[derive(Clone, Copy, Debug)]
-enum Piece {
+pub(crate) enum Piece {
+    /// `w^2 along/rho`.
     Along(Point),
-    Across { k: Point, i: Point, j: Point, rise: [f64; 2] },
+    /// `(start + end rho) (x/w of both sides)`.
+    Across { start: f64, end: f64, sides: [Side; 2] },
+}
+
+/// A point that a side of the map touches.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Side {
+    x: f64,
+    start: f64,
+    end: f64,
+    rise: f64,
+}
+
+impl Side {
+    fn w(&self, ratio: f64) -> f64 {
+        self.start + ratio * self.end
+    }
 }
 
 impl Piece {
-    fn value(&self, ratio: f64) -> f64 {
+    /// Numerator and denominator, each with its derivative.
+    #[inline(always)]
+    fn fraction(&self, ratio: f64) -> ([f64; 2], [f64; 2]) {
         match self {
-            Self::Along(p) => {
-                let w = p.w(ratio);
-                w * w * p.along / ratio
+            Self::Along(point) => {
+                let w = point.w(ratio);
+                ([w * w * point.along, 2.0 * w * point.end * point.along], [ratio, 1.0])
             }
-            Self::Across { k, i, j, .. } => k.w(ratio) * k.across * (i.x / i.w(ratio) - j.x / j.w(ratio)),
+            Self::Across { start, end, sides: [i, j] } => {
+                let (w, w_i, w_j) = (start + ratio * end, i.w(ratio), j.w(ratio));
+                let (width, change) = (i.x * w_j + j.x * w_i, i.x * j.end + j.x * i.end);
+                ([w * width, end * width + w * change], [w_i * w_j, i.end * w_j + w_i * j.end])
+            }
         }
+    }
+
+    fn value(&self, ratio: f64) -> f64 {
+        let ([numerator, _], [denominator, _]) = self.fraction(ratio);
+        numerator / denominator
     }
 
     /// Has the sign of the derivative.
     fn slope(&self, ratio: f64) -> f64 {
         match self {
-            Self::Along(p) => ratio * p.end - p.start,
-            Self::Across { i, j, rise: [p, q], .. } => {
+            Self::Along(point) => ratio * point.end - point.start,
+            Self::Across { sides: [i, j], .. } => {
                 let (w_i, w_j) = (i.w(ratio), j.w(ratio));
-                p / (w_i * w_i) + q / (w_j * w_j)
+                i.rise / (w_i * w_i) + j.rise / (w_j * w_j)
             }
         }
     }
@@ -182,16 +196,16 @@ impl Piece {
     /// Where the piece is least between two ratios.
     fn least_between(&self, low: f64, high: f64) -> f64 {
         let ratio = match self {
-            // Without an end, or with one that is nothing, it falls for ever.
-            Self::Along(p) => p.start / p.end,
-            Self::Across { i, j, rise: [p, q], .. } => {
-                if *p >= 0.0 && *q >= 0.0 {
+            // Without an end, it falls for ever.
+            Self::Along(point) => point.start / point.end,
+            Self::Across { sides: [i, j], .. } => {
+                if i.rise >= 0.0 && j.rise >= 0.0 {
                     low
-                } else if *p <= 0.0 && *q <= 0.0 {
+                } else if i.rise <= 0.0 && j.rise <= 0.0 {
                     high
                 } else {
-                    // |p|/w_i^2 = |q|/w_j^2
-                    let (p, q) = (sqrt(p.abs()), sqrt(q.abs()));
+                    // |rise_i|/w_i^2 = |rise_j|/w_j^2
+                    let (p, q) = (sqrt(i.rise.abs()), sqrt(j.rise.abs()));
                     (q * i.start - p * j.start) / (p * j.end - q * i.end)
                 }
             }
@@ -211,88 +225,78 @@ impl Piece {
 /// be said of its slope there.
 const LEAST_RATIO: f64 = 1.0 + 1.0 / (1_u64 << 40) as f64;
 /// The relative error that is left of the minimum.
-const ACCURACY: f64 = 1e-13;
-/// The functions have at most some dozens of pieces, and the search meets no piece twice; it takes 2 to 5 rounds.
+const ACCURACY: f64 = 1e-12;
+/// The functions have at most some dozens of pieces, and the search meets no piece twice; it takes 1 to 5 rounds.
 const MOST_ROUNDS: usize = 100;
 
-/// Returns the ratio, from 1 to `most`, at which an objective is least, for a function that finds the worst points.
+/// Returns the ratio, from 1 to `most`, at which an error is least that first falls and then grows. `piece` finds the piece that
+/// is greatest at a ratio. Two pieces that are known beforehand save looks: one that falls at 1, and one that grows at `most`.
 ///
 /// Form: Kelley's method of cutting planes, with the pieces of the function themselves in place of planes: exact after finitely
 /// many rounds. Left of the minimum one piece is known that falls, right of it one that grows. Where the larger of the
 /// two is least, the whole function is looked at; if it is no greater there, that is the minimum of it all.
-pub(crate) fn minimise(objective: Objective, most: f64, worst: impl Fn(f64) -> Worst) -> f64 {
-    match objective {
-        Objective::Product => minimise_product(most, worst),
-        _ => minimise_valley(objective, most, &worst),
-    }
-}
-
-/// As [`minimise`], for the objectives that have one valley.
-fn minimise_valley(objective: Objective, most: f64, worst: &impl Fn(f64) -> Worst) -> f64 {
+#[inline(always)]
+pub(crate) fn least_of_valley(most: f64, [falls, grows]: [Option<Piece>; 2], piece: impl Fn(f64) -> Piece) -> f64 {
     if most <= LEAST_RATIO {
         return 1.0;
     }
-    let mut low = (LEAST_RATIO, worst(LEAST_RATIO).piece(objective));
+    let known = |guess: Option<Piece>, ratio: f64, sign: f64| {
+        guess.filter(|piece| sign * piece.slope(ratio) > 0.0).unwrap_or_else(|| piece(ratio))
+    };
+    let mut low = (LEAST_RATIO, known(falls, LEAST_RATIO, -1.0));
     if low.1.slope(LEAST_RATIO) >= 0.0 {
         return 1.0;
     }
-    let mut high = (most, worst(most).piece(objective));
+    let mut high = (most, known(grows, most, 1.0));
     if high.1.slope(most) <= 0.0 {
         return most;
     }
     for _ in 0..MOST_ROUNDS {
-        let ratio = meet(low, high);
+        let ratio = meet(&low, &high);
+        let found = piece(ratio);
         let bound = max(low.1.value(ratio), high.1.value(ratio));
-        let found = worst(ratio).piece(objective);
-        let slope = found.slope(ratio);
-        if found.value(ratio) <= bound * (1.0 + ACCURACY) {
-            return ratio;
+        if found.value(ratio) <= bound * (1.0 + ACCURACY) || high.0 <= low.0 * (1.0 + ACCURACY) {
+            // No more than rounding off 1, and not worse there.
+            return if ratio <= LEAST_RATIO { 1.0 } else { ratio };
         }
-        if slope < 0.0 {
-            low = (ratio, found);
-        } else {
-            high = (ratio, found);
-        }
-        if high.0 <= low.0 * (1.0 + ACCURACY) {
-            break;
-        }
+        *(if found.slope(ratio) < 0.0 { &mut low } else { &mut high }) = (ratio, found);
     }
     low.0
 }
 
 /// Where the larger of two pieces is least: of one that falls at the lower of two ratios, and one that grows at the higher.
-fn meet((low, falling): (f64, Piece), (high, growing): (f64, Piece)) -> f64 {
-    let of_falling = falling.least_between(low, high);
+fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
+    let of_falling = falling.least_between(*low, *high);
     if growing.value(of_falling) <= falling.value(of_falling) {
         return of_falling;
     }
-    let of_growing = growing.least_between(low, high);
+    let of_growing = growing.least_between(*low, *high);
     if falling.value(of_growing) <= growing.value(of_growing) {
         return of_growing;
     }
-    // Between the two minima one falls and the other grows: their difference has one root. The rule of false position,
-    // with the value at an end that stays reduced as Anderson and Bjorck (1973) do.
-    let difference = |ratio: f64| growing.value(ratio) - falling.value(ratio);
-    let rounding = |ratio: f64| 1e-15 * growing.value(ratio);
-    let (mut a, mut b) = (of_growing, of_falling);
-    let (mut f_a, mut f_b) = (difference(a), difference(b));
-    for _ in 0..MOST_ROUNDS {
-        let c = (a * f_b - b * f_a) / (f_b - f_a);
-        let f_c = difference(c);
-        if f_c.abs() <= rounding(c) || (b - a).abs() <= ACCURACY * 0.1 * b {
-            return c;
-        }
-        if (f_c > 0.0) == (f_b > 0.0) {
-            let less = 1.0 - f_c / f_b;
-            f_a *= if less > 0.0 { less } else { 0.5 };
-            (b, f_b) = (c, f_c);
-        } else {
-            let less = 1.0 - f_c / f_a;
-            f_b *= if less > 0.0 { less } else { 0.5 };
-            (a, f_a) = (c, f_c);
-        }
+    if let (Piece::Along(p), Piece::Along(q)) = (falling, growing) {
+        // Both are squares, but for the ratio, of functions that are linear.
+        let (a, b) = (sqrt(p.along), sqrt(q.along));
+        return (a * p.start - b * q.start) / (b * q.end - a * p.end);
     }
-    0.5 * (a + b)
+    // Between the two minima one falls and the other grows, so they meet once. Halley's method in logarithms, where both are
+    // nearly straight: with the quotient r = p/q of the two and its slope s, the next ratio is r^(-1/s) times this one, and
+    // that power a fraction which is right to third order about 1. Where it leaves what is known, that is halved.
+    let (mut a, mut b) = (of_growing, of_falling);
+    let mut ratio = max(a, *low);
+    for _ in 0..MOST_ROUNDS {
+        let ([n, dn], [d, dd]) = growing.fraction(ratio);
+        let ([m, dm], [e, de]) = falling.fraction(ratio);
+        let ([p, dp], [q, dq]) = ([n * e, dn * e + n * de], [m * d, dm * d + m * dd]);
+        if (p - q).abs() <= 0.1 * ACCURACY * p {
+            break;
+        }
+        *(if p < q { &mut a } else { &mut b }) = ratio;
+        let power = -p * q / (ratio * (dp * q - dq * p));
+        let next = ratio * (((1.0 + power) * p + (1.0 - power) * q) / ((1.0 - power) * p + (1.0 + power) * q));
+        ratio = if a < next && next < b { next } else { sqrt(a * b) };
+    }
+    ratio
 }
 
 /// Steps of the scan for the valleys of the product.
@@ -300,18 +304,14 @@ const SCAN: usize = 16;
 /// Rounds of the golden section: 0.618^60 is 3e-13.
 const SECTIONS: usize = 60;
 
-/// Left of both minima, along and across, both errors fall, and right of both they grow: the minimum of their product lies
-/// between. It is scanned for, as there may be two valleys, and the best place is narrowed down.
-fn minimise_product(most: f64, worst: impl Fn(f64) -> Worst) -> f64 {
-    let along = minimise_valley(Objective::Along, most, &worst);
-    let across = minimise_valley(Objective::Across, most, &worst);
-    let (low, high) = if along < across { (along, across) } else { (across, along) };
-    let value = |ratio: f64| Objective::Product.of(&worst(ratio).errors());
+/// Returns the ratio at which a value is least between the two ratios at which the errors along and across are.
+///
+/// Left of both minima both errors fall, and right of both they grow: the minimum of their product lies between. It is
+/// scanned for, as there may be two valleys, and the best place is narrowed down.
+pub(crate) fn least_between([along, across]: [f64; 2], value: impl Fn(f64) -> f64) -> f64 {
+    let (low, high) = (min(along, across), max(along, across));
     // Even in 1/ratio, which is where a map's places are even: in logarithm it would need one, and there is none here.
-    let place = |step: f64| {
-        let share = step / SCAN as f64;
-        low * high / (high - (high - low) * share)
-    };
+    let place = |step: f64| low * high / (high - (high - low) * (step / SCAN as f64));
     let (mut best, mut least) = (0.0, value(low));
     for step in 1..=SCAN {
         let step = step as f64;
@@ -321,7 +321,7 @@ fn minimise_product(most: f64, worst: impl Fn(f64) -> Worst) -> f64 {
         }
     }
     let golden = 0.5 * (sqrt(5.0) - 1.0);
-    let (mut a, mut b) = (max(best - 1.0, 0.0), crate::math::min(best + 1.0, SCAN as f64));
+    let (mut a, mut b) = (max(best - 1.0, 0.0), min(best + 1.0, SCAN as f64));
     let (mut c, mut d) = (b - golden * (b - a), a + golden * (b - a));
     let (mut f_c, mut f_d) = (value(place(c)), value(place(d)));
     for _ in 0..SECTIONS {

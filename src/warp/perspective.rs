@@ -133,7 +133,7 @@ pub(crate) fn rows(
     };
     let d = l3 - w_c;
     let length = sqrt(d.length_squared());
-    if !(length > 64.0 * f64::EPSILON * max(l3.abs().max_element(), w_l.abs())) {
+    if length <= 64.0 * f64::EPSILON * max(l3.abs().max_element(), w_l.abs()) {
         return Err(INSIDE);
     }
     let d = d / length;

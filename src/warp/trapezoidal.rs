@@ -58,12 +58,12 @@ impl TrapezoidalRule {
         let s = self.line;
         // NaN is no warp.
         let above = s * (1.0 - t) - (1.0 - s) * t;
-        let excess = if !(above > 0.0) {
-            0.0
-        } else if t <= 0.0 || s >= 1.0 {
+        let excess = if above > 0.0 && (t <= 0.0 || s >= 1.0) {
             super::Warp::MAX_EXCESS
-        } else {
+        } else if above > 0.0 {
             (above / ((1.0 - s) * t)).min(super::Warp::MAX_EXCESS)
+        } else {
+            0.0
         };
         let sine = slab.sin_gamma.min(1.0);
         if self.fade { excess * (sine * sine * (3.0 - 2.0 * sine)) } else { excess }
