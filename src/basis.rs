@@ -17,15 +17,16 @@ pub enum Axes {
     #[default]
     View,
     /// The light alone: the texel grid does not turn with the camera, and every entry of the matrix is continuous in
-    /// the camera, also through light parallel to view. The price is a looser fit, with the warp askew over the
-    /// texture, and a jump where the *light* passes through certain directions: see [`LightSpace::fixed_axes`].
+    /// the camera, also through light parallel to view (about which all warps fade out, but for an explicit one). The
+    /// price is a looser fit, with the warp askew over the
+    /// texture, and a jump where the *light* passes through one direction: see [`LightSpace::fixed_axes`].
     LightFixed,
     /// The view's middle: as [`Axes::View`], with the unit vector from the eye to the middle of the vertices of what is seen
     /// in place of the view direction, for the axes and for `sin_gamma` alike. Where most of what is seen lies to one side
     /// of the picture, the warp runs along it.
     ///
     /// Source: Wimmer and Scherzer 2005, Sec. 4.4, who leave open which `gamma` goes with it; with the view's own the warp
-    /// would not fade out where these axes turn. Where the sum of the vertices vanishes or lies behind the eye, the view
+    /// would not fade out where these axes turn. The map jumps where the body gains or loses a vertex. Where the sum of the vertices vanishes or lies behind the eye, the view
     /// direction itself is taken.
     Middle,
 }
@@ -100,18 +101,20 @@ impl LightSpace {
     }
 
     /// Returns two unit vectors perpendicular to `y` and to each other that depend on `y` alone, with the orientation
-    /// of `x` and `z`. They jump where two of the coordinates of `y` change rank; somewhere every such choice must (a
-    /// sphere cannot be combed).
+    /// of `x` and `z`. They are continuous in `y` but for one direction, against (1, 1, 1): below the horizon, whichever axis of
+    /// the world points up. (Somewhere every such choice must jump: a sphere cannot be combed.)
+    ///
+    /// Form: the least turn that takes `s = (1, 1, 1)/sqrt 3` to `y` takes `a`, which is perpendicular to `s`, to its mirror
+    /// image in the plane across `s + y`. The `a` here is what makes it `(1, 0, 0)` for light along the world's y axis.
     #[must_use]
     pub fn fixed_axes(&self) -> [DVec3; 2] {
-        let size = self.y.abs();
-        let least = size.min_element();
-        let reference = match size.to_array().map(|s| s <= least) {
-            [true, ..] => DVec3::X,
-            [_, true, _] => DVec3::Y,
-            _ => DVec3::Z,
-        };
-        let across = reference.cross(self.y);
+        let root = sqrt(3.0);
+        let a = DVec3::new(3.0 + root, -2.0 * root, root - 3.0) / 6.0;
+        let half_way = self.y + DVec3::splat(1.0 / root);
+        let length = half_way.length_squared();
+        let turned = if length > 0.0 { a - half_way * (2.0 * a.dot(half_way) / length) } else { a };
+        // Next to that one direction rounding is all there is of `s + y`.
+        let across = turned - self.y * turned.dot(self.y);
         let x = across / sqrt(across.length_squared());
         [x, self.y.cross(x)]
     }

@@ -136,7 +136,9 @@ pub use map::ShadowMap;
 pub use plane::Plane;
 pub use scene::Bounds;
 pub use view::{Lens, Sides, View};
-pub use warp::{Aim, Errors, LightSpaceRule, Objective, PerspectiveRule, Rule, Slab, TrapezoidalRule, ViewAxis, Warp};
+pub use warp::{
+    Aim, Errors, LightSpaceRule, Objective, PerspectiveRule, Rule, Slab, Steady, TrapezoidalRule, ViewAxis, Warp,
+};
 
 /// The README's example is a test too.
 #[cfg(doctest)]

@@ -145,9 +145,33 @@ pub enum Rule {
     Plane(Plane),
     /// The exact best warp of the family for what is seen: never worse than no warp, for its own objective.
     Optimal(Objective),
+    /// As [`Rule::Optimal`], but never changing faster than one says, as the sun moves and the camera turns: for the
+    /// objectives that can jump, and where the best warp changes too fast to look at. Never stronger than the best warp
+    /// of the moment, so never worse than no warp (for the objectives with one valley).
+    Steady(Steady),
     /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor
     /// for an orthographic camera, where any warp makes the map worse.
     Explicit(Warp),
+}
+
+/// A best warp whose change is limited: see [`Rule::Steady`].
+///
+/// ```text
+/// ln ratio(gamma) = min over gamma' of (ln ratio_best(gamma') + rate |gamma - gamma'|)
+/// ```
+/// over lights turned by up to 60 degrees about light space's x axis, in steps of 2 degrees, for the same body: but for
+/// the steps, the greatest function of the angle between light and view that is nowhere above the best one and has no
+/// greater slope than `rate`. It is found anew each time, without a memory of the frame before, at the price of 61 searches
+/// for the best warp. For a spot light it is [`Rule::Optimal`].
+///
+/// Source: the function is the inf-convolution of the best one with a cone, the usual Lipschitz regularisation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Steady {
+    /// What is to be least.
+    pub objective: Objective,
+    /// The greatest change of the logarithm of the warp's ratio, per radian between light and view. 10 is steady to the eye and
+    /// costs little.
+    pub rate: f64,
 }
 
 impl Rule {

@@ -332,25 +332,31 @@ fn nothing_visible() {
     assert_eq!(Error::NothingVisible.to_string(), "no receiver lies in the view volume");
 }
 
+/// A point light is six jobs; a body is swept towards a light at infinity alone.
 #[test]
 fn lights_that_are_not_directional() {
-    let spot = Light::spot(DVec3::Y, DVec3::NEG_Y, 0.5, 0.1, 9.0).unwrap();
+    let spot = Light::spot(DVec3::new(0.0, 9.0, 5.0), DVec3::NEG_Y, 0.5, 0.1, 90.0).unwrap();
     let point = Light::point(DVec3::Y, 0.1, 9.0).unwrap();
+    with_light(&point, |fit| {
+        for error in [fit.solve(Rule::LISPSM).unwrap_err(), fit.linear_depth(DVec3::ZERO).unwrap_err()] {
+            let Error::Unsupported { requested, use_instead } = error else { unreachable!("{error:?}") };
+            assert!(requested.contains("point light") && use_instead.contains("Point::faces"), "{error}");
+            assert_eq!(error.to_string(), format!("{requested} is not supported here: use {use_instead}"));
+        }
+    });
     for light in [spot, point] {
         with_light(&light, |fit| {
-            let bounds = fit.casters;
-            let errors = [
-                fit.solve(Rule::LISPSM).unwrap_err(),
-                fit.linear_depth(DVec3::ZERO).unwrap_err(),
-                fit.receivers[0].casters(&light, bounds).unwrap_err(),
-            ];
-            for error in errors {
-                let Error::Unsupported { requested, use_instead } = error else { unreachable!("{error:?}") };
-                assert!(requested.contains("spot or point light"), "{requested}");
-                assert_eq!(error.to_string(), format!("{requested} is not supported here: use {use_instead}"));
-            }
+            let error = fit.receivers[0].casters(&light, fit.casters).unwrap_err();
+            let Error::Unsupported { requested, use_instead } = error else { unreachable!("{error:?}") };
+            assert!(requested.contains("light with a position") && use_instead.contains("ShadowMap::shown"), "{error}");
         });
     }
+    // A spot light that shines away from all that is seen.
+    let away = Light::spot(DVec3::new(0.0, 1e3, 0.0), DVec3::Y, 0.5, 0.1, 90.0).unwrap();
+    with_light(&away, |fit| {
+        assert_eq!(fit.solve(Rule::Uniform), Err(Error::NothingLit));
+        assert_eq!(Error::NothingLit.to_string(), "no receiver in view lies in the light");
+    });
 }
 
 #[test]

@@ -62,12 +62,13 @@ impl<const SPOT: bool> Prepared<SPOT> {
         1.0 + min(self.most(frame), Warp::MAX_EXCESS)
     }
 
+    /// The excess by a rule that looks at no more than the line of sight.
     #[inline(always)]
-    fn warp(&self, frame: &Frame, rule: Rule) -> Warp {
+    fn excess(&self, frame: &Frame, rule: Rule) -> f64 {
         let Self { measures, along, .. } = self;
         let slab = || frame.slab(measures, *along);
         let axis = || frame.view_axis(*along);
-        let excess = match rule {
+        match rule {
             Rule::Explicit(warp) => warp.excess(),
             // The others answer an error that grows towards the eye; an orthographic camera has none.
             _ if !frame.fit.view.is_perspective() => 0.0,
@@ -79,21 +80,41 @@ impl<const SPOT: bool> Prepared<SPOT> {
             }
             Rule::LightSpace(_) | Rule::OnAxis => on_axis::excess(&slab(), &axis()),
             Rule::Trapezoidal(rule) => rule.excess(&slab(), &axis()),
-            Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) | Rule::Optimal(_) => 0.0,
-        };
-        Warp::clamped(excess).at_most(self.most(frame))
+            Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) | Rule::Optimal(_) | Rule::Steady(_) => 0.0,
+        }
     }
 }
 
-pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowMap, Error> {
-    let (prepared, warp) = if let Rule::Optimal(objective) = rule {
-        let (prepared, ratio) = optimal::prepare::<SPOT>(frame, objective)?;
-        (prepared, Warp::clamped(ratio - 1.0))
-    } else {
-        let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
-        let warp = prepared.warp(frame, rule);
-        (prepared, warp)
+/// With axes that do not turn with the view, the ratio of a warp that does not fade out by itself is at most the fourth power
+/// of one plus this times the sine of the angle between light and view, whose logarithm has a slope of at most 25: where
+/// the two are parallel a warp has no direction, and must vanish to be continuous. At 6 degrees this is 7.5.
+const FADE: f64 = 6.25;
+
+/// The receivers measured, and the warp that a rule chooses for them.
+#[inline(always)]
+fn prepare<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<(Prepared<SPOT>, Warp), Error> {
+    let (prepared, mut excess) = match rule {
+        Rule::Optimal(objective) => optimal::prepare::<SPOT>(frame, objective)?,
+        Rule::Steady(rule) => optimal::prepare_steady::<SPOT>(frame, rule)?,
+        _ => {
+            let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
+            let excess = prepared.excess(frame, rule);
+            (prepared, excess)
+        }
     };
+    if frame.fit.axes == Axes::LightFixed
+        && (SPOT || !matches!(rule, Rule::LightSpace(_)))
+        && !matches!(rule, Rule::Explicit(_))
+    {
+        let root = 1.0 + FADE * frame.space.sin_gamma;
+        excess = min(excess, root * root * (root * root) - 1.0);
+    }
+    let warp = Warp::clamped(excess).at_most(prepared.most(frame));
+    Ok((prepared, warp))
+}
+
+pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowMap, Error> {
+    let (prepared, warp) = prepare::<SPOT>(frame, rule)?;
     let Prepared { measures, along, floor, centre, .. } = prepared;
     let (eta, d, base) = (warp.excess(), along.size(), frame.base);
     // The warp's denominator, over `base`: 1 where the body begins, 1 + eta where it ends.

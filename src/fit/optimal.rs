@@ -6,10 +6,11 @@ use super::Fit;
 use super::extent::Extent;
 use super::family::Prepared;
 use super::frame::{Frame, Place};
-use crate::error::Error;
-use crate::math::{ln, max, min};
-use crate::warp::Warp;
+use crate::error::{Error, require};
+use crate::light::Light;
+use crate::math::{exp, ln, max, min};
 use crate::warp::optimal::{Errors, Objective, Piece, Point, Search, least_between, least_of_valley};
+use crate::warp::{Steady, Warp};
 
 /// The receivers as the errors depend on them.
 pub(super) struct Points<'a, const SPOT: bool> {
@@ -96,7 +97,7 @@ impl<'a, const SPOT: bool> Points<'a, SPOT> {
 /// More points than a body has.
 const FEW: usize = 24;
 
-/// Measures the receivers, and finds the ratio of the best warp. One body's vertices are kept as they are measured; where there
+/// Measures the receivers, and finds the excess of the best warp. One body's vertices are kept as they are measured; where there
 /// are more, or only some depths count, every look at the points goes back to the bodies.
 pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> Result<(Prepared<SPOT>, f64), Error> {
     let (mut places, mut len) = ([Place::NONE; FEW], 0);
@@ -110,7 +111,7 @@ pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> 
     let all = Points::new(frame, &prepared);
     let Some(places) = places.get(..len).filter(|_| all.chosen.is_none()) else {
         let ratio = all.best_ratio(objective, most);
-        return Ok((prepared, ratio));
+        return Ok((prepared, ratio - 1.0));
     };
     let mut points = [Point::NONE; FEW];
     // The worst along the warp without one (of several the one where the body begins), and with one without end.
@@ -136,7 +137,33 @@ pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> 
         points.iter().for_each(|point| search.include(point));
         search
     };
-    Ok((prepared, best(objective, most, known, search, |number| points[number])))
+    Ok((prepared, best(objective, most, known, search, |number| points[number]) - 1.0))
+}
+
+/// Steps of a turning light to each side, and the cosine and sine of one: 2 degrees.
+const TURNS: usize = 30;
+const TURN: [f64; 2] = [0.999_390_827_019_095_7, 0.034_899_496_702_500_97];
+const TURN_RADIANS: f64 = core::f64::consts::PI / 90.0;
+
+/// As [`prepare`], limited by the best warps for lights turned either way.
+#[cold]
+pub(super) fn prepare_steady<const SPOT: bool>(frame: &Frame, rule: Steady) -> Result<(Prepared<SPOT>, f64), Error> {
+    require(rule.rate >= 0.0, "rate", "must not be negative")?;
+    let (prepared, excess) = prepare::<SPOT>(frame, rule.objective)?;
+    let mut least = ln(1.0 + excess);
+    // A spot light's own perspective would turn with it.
+    for side in if SPOT { &[][..] } else { &[1.0, -1.0] } {
+        // Turning about x: the cosine and sine of the angle so far.
+        let [mut cosine, mut sine] = [1.0, 0.0];
+        for turn in 1..=TURNS {
+            [cosine, sine] = [cosine * TURN[0] - sine * TURN[1], cosine * TURN[1] + sine * TURN[0]];
+            let light = Light::directional(frame.space.y * cosine + frame.space.z * (side * sine))?;
+            let fit = Fit { light: &light, ..*frame.fit };
+            let (_, excess) = prepare::<SPOT>(&Frame::new(&fit)?, rule.objective)?;
+            least = min(ln(1.0 + excess) + rule.rate * TURN_RADIANS * turn as f64, least);
+        }
+    }
+    Ok((prepared, exp(least) - 1.0))
 }
 
 #[inline(always)]

@@ -21,7 +21,7 @@ const ALLOWED: [(&str, f64); 12] = [
     ("axis x", 1.0),
     ("axis y", 0.0),
     ("axis z", 1.0),
-    ("fixed axes", 1.0),
+    ("fixed axes", 2.0),
 ];
 
 /// Frames of all kinds, as they are stored.

@@ -45,9 +45,11 @@ def frame(forward, up, to_light):
 
 
 def fixed_axes(y):
-    least = min(range(3), key=lambda i: abs(y[i]))
-    reference = [mpf(1 if i == least else 0) for i in range(3)]
-    x = unit(cross(reference, y))
+    root = sqrt(mpf(3))
+    a = [(3 + root) / 6, -root / 3, (root - 3) / 6]
+    half_way = [c + 1 / root for c in y]
+    mirror = 2 * dot(a, half_way) / dot(half_way, half_way)
+    x = [c - mirror * h for c, h in zip(a, half_way)]
     return x, cross(y, x)
 
 
