@@ -206,10 +206,10 @@ fn jumps_are_seldom() {
 fn a_steady_warp_keeps_its_rate() {
     let mut random = Random::new(5);
     let (mut limited, mut pairs) = (0, 0);
-    for case in 0..40 {
+    for case in 0..120 {
         let setting = Setting::random(&mut random);
         for objective in [Objective::Larger, Objective::Product] {
-            for rate in [10.0, 20.0] {
+            for rate in [5.0, 10.0] {
                 let steady = Rule::Steady(Steady { objective, rate });
                 // Steps of its own grid, about light space's x axis.
                 for degrees in [2.0, 8.0_f64] {
@@ -234,5 +234,5 @@ fn a_steady_warp_keeps_its_rate() {
             }
         }
     }
-    assert!(pairs > 500 && limited > 100, "{pairs} {limited}");
+    assert!(pairs > 300 && limited > 15, "{pairs} {limited}");
 }
