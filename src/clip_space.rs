@@ -1,4 +1,8 @@
+use core::ops::Range;
+
 use glam::{DMat4, DVec4};
+
+use crate::error::{Error, require};
 
 /// Which depths lie at the near and the far plane of clip space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -78,6 +82,40 @@ impl ClipSpace {
             DVec4::new(0.0, 0.0, z,   z_w),
             DVec4::new(0.0, 0.0, 0.0, 1.0),
         ])
+    }
+
+    /// Returns the distance along the view direction of a point that a camera's depth buffer holds, from its depth in normalised
+    /// device coordinates (from 0 to 1, or -1 to 1, as these conventions have it) and the camera's near and far distance,
+    /// which may be infinite: for the least depth that is really seen, read back from the frame before, as a near plane or as
+    /// [`Fit::warp_depths`](crate::Fit::warp_depths).
+    ///
+    /// ```text
+    /// 0 to 1: f n/(f - D (f - n))    1 to 0: f n/(n + D (f - n))    -1 to 1: 2 f n/(f + n - D (f - n))
+    /// ```
+    /// Form: `n/(1 - D + D n/f)` and the like, which has a value for an infinite far plane.
+    /// Domain: depths of what lies between the planes; the result is between near and far then. It is one frame old, so multiply
+    /// it by a factor below 1. Read from an `f32` buffer the depth itself has few digits left far away: at far/near 1e7 the
+    /// distance is off by 30 % from 0 to 1, and by 1e-7 from 1 to 0. PSM, Sec. 6, reads it back; the worst error falls with the near
+    /// distance found.
+    ///
+    /// # Errors
+    /// [`Error::Invalid`] unless `0 < near < far`, `near` is finite, and `depth` finite.
+    pub fn view_depth(self, depth: f64, range: Range<f64>) -> Result<f64, Error> {
+        let Range { start: near, end: far } = range;
+        require(near > 0.0 && near.is_finite(), "near", "must be positive and finite")?;
+        require(far > near, "far", "must be greater than near")?;
+        require(depth.is_finite(), "depth", "must be finite")?;
+        let from_far = match self.depth {
+            DepthRange::ZeroToOne => 1.0 - depth,
+            DepthRange::OneToZero => depth,
+            DepthRange::NegativeOneToOne => 0.5 * (1.0 - depth),
+        };
+        let from_near = match self.depth {
+            DepthRange::ZeroToOne => depth,
+            DepthRange::OneToZero => 1.0 - depth,
+            DepthRange::NegativeOneToOne => 0.5 * (1.0 + depth),
+        };
+        Ok(near / (from_far + from_near * (near / far)))
     }
 
     /// Rewrites the rows of a WebGPU clip matrix for these conventions. Exact but for one rounding in the depth row.

@@ -1,0 +1,89 @@
+//! What a shader is given, against the matrix and the bias that it is made from; depths read back.
+
+#![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
+
+mod scenes;
+
+use scenes::moderate;
+use shadow_warp::glam::{DVec4, Mat4, Vec4};
+use shadow_warp::{ClipSpace, DepthFormat, Error, Filter, Rule};
+
+/// The struct, evaluated in f32 as a shader does, lands where the f64 matrix does, to the bound on rounding.
+#[test]
+fn a_shader_lands_where_the_matrix_does() {
+    let mut compared = 0;
+    for case in 0..200 {
+        let (scene, _) = moderate(case);
+        let fit = scene.fit();
+        let map = fit.solve(Rule::OPTIMAL).unwrap();
+        let origin = map.origin();
+        let Ok(map) = fit.guard_f32(&map, origin) else { continue };
+        let linear = fit.linear_depth(origin).unwrap();
+        for space in [ClipSpace::WGPU, ClipSpace::VULKAN.reversed(), ClipSpace::OPENGL] {
+            let lookup = map.lookup(origin, space, Filter::Bilinear(3), DepthFormat::Unorm16, Some(linear));
+            let all = lookup.to_array();
+            let matrix = Mat4::from_cols_slice(&all[..16]);
+            let exact = map.texture_from_world_at(origin, space);
+            let allowed = fit.rounding(&map, origin) + 1e-6;
+            for q in scene.receivers(origin) {
+                let (found, expected) = (matrix * q.as_vec3().extend(1.0), exact * q.extend(1.0));
+                let [width, height] = map.size().map(f64::from);
+                let off = (found.as_dvec4() / f64::from(found.w) - expected / expected.w).abs();
+                assert!(
+                    off.x * width <= allowed.x && off.y * height <= allowed.y && off.z <= allowed.z,
+                    "{case} {off}"
+                );
+                let depth = Vec4::from_slice(&all[16..20]).dot(q.as_vec3().extend(1.0));
+                let rounding = 1e-6 * (1.0 + linear.abs().dot(q.abs().extend(1.0)));
+                assert!((f64::from(depth) - linear.dot(q.extend(1.0))).abs() <= rounding, "{case}");
+                compared += 1;
+            }
+            let sign = if space == ClipSpace::VULKAN.reversed() { -1.0 } else { 1.0 };
+            assert_eq!(all[20..], [1.0 / 1024.0, 1.0 / 1024.0, sign * 2.0, sign / 65535.0]);
+        }
+    }
+    assert!(compared > 3000, "{compared}");
+    let (scene, _) = moderate(0);
+    let map = scene.fit().solve(Rule::Uniform).unwrap();
+    let lookup = map.lookup(map.origin(), ClipSpace::WGPU, Filter::Nearest(1), DepthFormat::Float32, None);
+    assert_eq!(lookup.linear_depth.map(f32::to_bits), [0; 4]);
+    assert_eq!(core::mem::size_of_val(&lookup), 96);
+}
+
+/// Depths of a camera's projection in every convention, there and back; and the row of a reference.
+#[test]
+fn depths_read_back() {
+    let spaces = [ClipSpace::WGPU, ClipSpace::WGPU.reversed(), ClipSpace::OPENGL];
+    for (near, far) in [(0.1, 1000.0), (1.0, 1.5), (0.25, f64::INFINITY)] {
+        // w = z, depth = (a z + b)/z with 0 at near and 1 at far.
+        let a = 1.0 / (1.0 - near / far);
+        for share in [0.0, 1e-3, 0.5, 1.0] {
+            let z = if far.is_finite() { near + share * (far - near) } else { near * (1.0 + 100.0 * share) };
+            let clip = DVec4::new(0.0, 0.0, a * (z - near), z);
+            for space in spaces {
+                let depth = clip.z / clip.w;
+                let stored = match space.depth {
+                    shadow_warp::DepthRange::ZeroToOne => depth,
+                    shadow_warp::DepthRange::OneToZero => 1.0 - depth,
+                    shadow_warp::DepthRange::NegativeOneToOne => 2.0 * depth - 1.0,
+                };
+                let found = space.view_depth(stored, near..far).unwrap();
+                assert!((found / z - 1.0).abs() < 1e-15 * 16.0 * z / near, "{near} {far} {z} {space:?}: {found}");
+            }
+        }
+    }
+    let [gl, zero_to_one, reversed] =
+        [(spaces[2], 0.75), (spaces[0], 0.75), (spaces[1], 0.25)].map(|(s, d)| s.view_depth(d, 0.1..1000.0).unwrap());
+    // 2 f n/(f + n - d (f - n)), f n/(f - d (f - n)), f n/(n + d (f - n))
+    assert!((gl - 200.0 / (1000.1 - 0.75 * 999.9)).abs() < 1e-15);
+    assert!((zero_to_one - 100.0 / (1000.0 - 0.75 * 999.9)).abs() < 1e-15);
+    assert!((reversed - 100.0 / (0.1 + 0.25 * 999.9)).abs() < 1e-15);
+    for (depth, range, argument) in
+        [(f64::NAN, 0.1..1.0, "depth"), (0.5, 0.0..1.0, "near"), (0.5, f64::NAN..1.0, "near"), (0.5, 2.0..1.0, "far")]
+    {
+        let Err(Error::Invalid { argument: found, .. }) = ClipSpace::WGPU.view_depth(depth, range) else {
+            unreachable!()
+        };
+        assert_eq!(found, argument);
+    }
+}
