@@ -6,7 +6,7 @@
 use glam::{DVec2, DVec4};
 
 use super::extent::{Extent, LEAST_ASPECT, at, fitted, least_size};
-use super::frame::Frame;
+use super::frame::{Frame, Measures};
 use crate::basis::LightSpace;
 use crate::error::Error;
 use crate::map::ShadowMap;
@@ -16,9 +16,10 @@ use crate::warp::{PerspectiveRule, Warp, perspective_rows};
 
 /// The map of a perspective rule.
 pub(super) fn perspective<const SPOT: bool>(frame: &Frame, rule: PerspectiveRule) -> Result<ShadowMap, Error> {
-    let depth = frame.measure::<SPOT>(|_| ())?.depth;
-    let rows = perspective_rows(rule, frame.fit.view, frame.origin, frame.light, [depth.low, depth.high])?;
-    fit::<SPOT>(frame, rows).ok_or(crate::warp::INSIDE)
+    let measures = frame.measure::<SPOT>(|_| ())?;
+    let depths = [measures.depth.low, measures.depth.high];
+    let rows = perspective_rows(rule, frame.fit.view, frame.origin, frame.light, depths)?;
+    fit::<SPOT>(frame, &measures, rows).ok_or(crate::warp::INSIDE)
 }
 
 /// The map with the camera's picture of a plane.
@@ -27,7 +28,7 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
         requested: "a map for a plane on which some of what is seen casts its shadow behind the eye, or not at all",
         use_instead: "Rule::OPTIMAL",
     };
-    let height = frame.measure::<SPOT>(|_| ())?.height;
+    let measures = frame.measure::<SPOT>(|_| ())?;
     let view = frame.fit.view;
     let plane = plane.relative_to(frame.origin);
     let plane = plane.normal().extend(-plane.offset());
@@ -37,13 +38,13 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     let at_light = plane.dot(frame.light);
     let cast = |row: DVec4| row * at_light - plane * row.dot(frame.light);
     let rows =
-        [cast(along(view.right())), cast(along(view.up())), frame.height - height.middle() * frame.base, cast(depth)];
-    fit::<SPOT>(frame, rows).ok_or(refused)
+        [cast(along(view.right())), cast(along(view.up())), frame.height - measures.height.middle() * frame.base, cast(depth)];
+    fit::<SPOT>(frame, &measures, rows).ok_or(refused)
 }
 
 /// Fits a map to the receivers: rows `u`, `v`, height and `w`, where `height/w` grows towards the light. `None` if `w` does
 /// not have one sign on them.
-fn fit<const SPOT: bool>(frame: &Frame, [u, v, height, w]: [DVec4; 4]) -> Option<ShadowMap> {
+fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: [DVec4; 4]) -> Option<ShadowMap> {
     let base = frame.base;
     let (mut ratio, mut size) = (Extent::NONE, 0.0);
     frame.each::<SPOT>(|vertices, shift| {
@@ -116,7 +117,10 @@ fn fit<const SPOT: bool>(frame: &Frame, [u, v, height, w]: [DVec4; 4]) -> Option
         let depths = frame.with_spot_casters(depths, [x, y], height, w);
         depths.at_least(LEAST_ASPECT * max(depths.reach(), f64::MIN_POSITIVE))
     } else {
-        depths.at_least(least_size(0.0, frame.fit.caster_reach(frame.origin)))
+        // A body that is flat towards the light is fitted as by the family.
+        let Measures { across, along, height, .. } = measures;
+        let [size, reach] = [Extent::size, Extent::reach].map(|of| max(of(*across), max(of(*along), of(*height))));
+        depths.at_least(least_size(size, max(reach, frame.fit.greatest_shift(frame.origin))) / (1.0 + excess))
     };
     let z = (depths.high * w - height) / depths.size();
     let warp = Warp::clamped(excess);
