@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec4};
 
-use super::extent::{Extent, LEAST_ASPECT, at, fitted, least_size};
+use super::extent::{Extent, at, fitted, least_size};
 use super::frame::{Frame, Measures};
 use crate::basis::LightSpace;
 use crate::error::Error;
@@ -80,8 +80,8 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
     let constant = |row: DVec4| if SPOT { -in_plane(row, y) } else { row.w };
     let place = |row: DVec4| [in_plane(row, space.x), in_plane(row, space.z), constant(row)];
 
-    // For a light at infinity, height in units of world length.
-    let height = if SPOT { height } else { height / in_plane(height, y) };
+    // In the family's units: height is 1 at a spot light, and grows by 1 in world length towards a light at infinity.
+    let height = height / height.dot(frame.light);
     let x_row = if SPOT { space.x.extend(-space.x.dot(frame.light.truncate())) } else { space.x.extend(0.0) };
     let ([u_extent, v_extent], depths) = frame.fractions::<2, SPOT>([u, v], height, w);
     let [x_extent] = frame.fractions_of_receivers::<1, SPOT>([x_row], base);
@@ -113,15 +113,13 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
     let x = fitted(u, u_extent, w) * across;
     let y = fitted(v, v_extent, w) * up;
 
-    let depths = if SPOT {
-        let depths = frame.with_spot_casters(depths, [x, y], height, w);
-        depths.at_least(LEAST_ASPECT * max(depths.reach(), f64::MIN_POSITIVE))
-    } else {
-        // A body that is flat towards the light is fitted as by the family.
-        let Measures { across, along, height, .. } = measures;
-        let [size, reach] = [Extent::size, Extent::reach].map(|of| max(of(*across), max(of(*along), of(*height))));
-        depths.at_least(least_size(size, max(reach, frame.fit.greatest_shift(frame.origin))) / (1.0 + excess))
-    };
+    let depths = if SPOT { frame.with_spot_casters(depths, [x, y], height, w) } else { depths };
+    // A body that is flat towards the light is fitted as by the family.
+    let Measures { across, along, height: towards, .. } = measures;
+    let of = |measure: fn(Extent) -> f64| max(measure(*across), max(measure(*along), measure(*towards)));
+    let [size, reach] = if SPOT { [towards.high, 0.0] } else { [of(Extent::size), of(Extent::reach)] };
+    let distance = max(depths.reach(), max(reach, frame.fit.greatest_shift(frame.origin)) / (1.0 + excess));
+    let depths = depths.at_least(least_size(size / (1.0 + excess), distance));
     let z = (depths.high * w - height) / depths.size();
     let warp = Warp::clamped(excess);
     Some(ShadowMap::new(
