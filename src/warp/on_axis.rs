@@ -15,8 +15,11 @@ use crate::math::{max, sqrt};
 /// `1/t - 2`, or at 0. Where the errors can be made equal, the warp has its pole on the line of sight at
 /// `-sqrt(z_n z_f)`: this is what the papers' `n_opt` means without coordinates, for spot lights too. With the light
 /// perpendicular to the view it is `sqrt(z_f/z_n) - 1`. Limits: 0 where an end of the line of sight lies behind a spot
-/// light.
+/// light, and where the picture of the line of sight is a point, so that the warp's direction means nothing.
 pub(crate) fn excess(slab: &Slab, axis: &ViewAxis) -> f64 {
+    if slab.sin_gamma <= 0.0 {
+        return 0.0;
+    }
     let (Some([t_n, base_n]), Some([t_f, base_f])) = (axis.at(slab.near), axis.at(slab.far)) else { return 0.0 };
     let q = sqrt(slab.far / slab.near) * (base_n / base_f);
     let error = |eta: f64| {
