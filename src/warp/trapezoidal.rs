@@ -40,7 +40,7 @@ impl TrapezoidalRule {
     ///
     /// ```text
     /// eta = (lambda delta' + lambda delta' xi)/(lambda - 2 delta' - lambda xi)            [Martin and Tan, Sec. 4]
-    /// excess = (S (1 - t) - (1 - S) t)/((1 - S) t),   S = line = (1 - xi)/2,   t = delta'/lambda
+    /// excess = (S - t)/((1 - S) t),   S = line = (1 - xi)/2,   t = delta'/lambda
     /// ```
     /// Symbols: `delta'` is the focus' distance from the top line, which is not that from the near plane's centre.
     ///
@@ -57,8 +57,10 @@ impl TrapezoidalRule {
         let Some([t, _]) = axis.at(depth) else { return 0.0 };
         let s = self.line;
         // NaN is no warp.
-        let above = s * (1.0 - t) - (1.0 - s) * t;
-        let excess = if above > 0.0 && (t <= 0.0 || s >= 1.0) {
+        let above = s - t;
+        let excess = if !(above > 0.0) {
+            0.0
+        } else if t <= 0.0 || s >= 1.0 {
             super::Warp::MAX_EXCESS
         } else if above > 0.0 {
             (above / ((1.0 - s) * t)).min(super::Warp::MAX_EXCESS)
