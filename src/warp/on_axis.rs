@@ -28,8 +28,9 @@ pub(crate) fn excess(slab: &Slab, axis: &ViewAxis) -> f64 {
     };
     let (mut best, mut least) = (0.0, error(0.0));
     for eta in [(q - 1.0) / (t_f - q * t_n), 1.0 / t_n - 2.0, 1.0 / t_f - 2.0] {
-        // NaN and negative ones fail.
-        if eta > 0.0 && eta.is_finite() && error(eta) < least {
+        // NaN and negative ones fail, and those whose pole leaves an end of the line of sight behind.
+        let before = 1.0 + eta * t_n > 0.0 && 1.0 + eta * t_f > 0.0;
+        if eta > 0.0 && eta.is_finite() && before && error(eta) < least {
             (best, least) = (eta, error(eta));
         }
     }
