@@ -37,12 +37,16 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     let depth = if view.is_perspective() { along(view.forward()) } else { DVec4::W };
     let at_light = plane.dot(frame.light);
     // Seen from a light in it, the plane is a line.
-    if !(at_light.abs() > ROUNDING * plane.abs().dot(frame.light.abs())) {
+    if at_light.abs() <= ROUNDING * plane.abs().dot(frame.light.abs()) {
         return Err(refused);
     }
     let cast = |row: DVec4| row * at_light - plane * row.dot(frame.light);
-    let rows =
-        [cast(along(view.right())), cast(along(view.up())), frame.height - measures.height.middle() * frame.base, cast(depth)];
+    let rows = [
+        cast(along(view.right())),
+        cast(along(view.up())),
+        frame.height - measures.height.middle() * frame.base,
+        cast(depth),
+    ];
     fit::<SPOT>(frame, &measures, rows).ok_or(refused)
 }
 

@@ -58,9 +58,7 @@ impl TrapezoidalRule {
         let s = self.line;
         // NaN is no warp.
         let above = s - t;
-        let excess = if !(above > 0.0) {
-            0.0
-        } else if t <= 0.0 || s >= 1.0 {
+        let excess = if above > 0.0 && (t <= 0.0 || s >= 1.0) {
             super::Warp::MAX_EXCESS
         } else if above > 0.0 {
             (above / ((1.0 - s) * t)).min(super::Warp::MAX_EXCESS)
