@@ -41,20 +41,36 @@
 //! ```
 //! `eta = 0` *is* the uniform map, focused on what is seen. With the light perpendicular to the view and depths from
 //! near `n` to far `f`, the ratio `1 + eta` is 1 for the uniform map, `f/n` for perspective shadow maps (PSM), and
-//! `sqrt(f/n)`, half way in logarithm, for light-space perspective shadow maps (LiSPSM). So there are three words: a
-//! [`Rule`] decides, a [`Warp`] is what is decided, a [`ShadowMap`] is what is fitted. The papers' `n`, `f` of the
+//! `sqrt(f/n)`, half way in logarithm, for light-space perspective shadow maps (LiSPSM); trapezoidal ones (TSM) have
+//! whatever puts a chosen point on a chosen line. For a spot light this is done in the light's own perspective. So there are
+//! three words: a [`Rule`] decides, a [`Warp`] is what is decided, a [`ShadowMap`] is what is fitted. The papers' `n`, `f` of the
 //! warp, its centre of projection and `(f + n)/(f - n)` are never formed: they are infinite for the uniform map.
+//!
+//! # Which rule
+//! | rule | the excess | where it serves |
+//! |---|---|---|
+//! | [`Rule::OPTIMAL`] | the best for all that is seen, found exactly | everywhere; never worse than no warp |
+//! | [`Rule::Steady`] | that, changing no faster than one says | where the best one changes too fast |
+//! | [`Rule::LISPSM`] | a published formula, fading out where light and view are parallel | open scenes, the sun to the side |
+//! | [`Rule::OnAxis`] | the least error on the line of sight | as before, also for spot lights |
+//! | [`Rule::TSM`] | a chosen depth gets a chosen share of the map | when one depth matters most |
+//! | [`Rule::PSM`] | the camera's own perspective | to compare with; its warp has a direction of its own |
+//! | [`Rule::Plane`] | one number of pixels per texel on a plane | ground with little on it |
+//! | [`Rule::Uniform`] | none | light along the view; orthographic cameras |
+//!
+//! How far a map is from what any map on its axes could do, [`Fit::least_errors`] says.
 //!
 //! # The way through
 //! | step | type | what it adds |
 //! |---|---|---|
 //! | view | [`View`], [`Light`], [`Bounds`] | the pieces, validated |
-//! | body | [`Body`] | the receivers: the box cut by the view volume; its casters on request |
+//! | body | [`Body`], [`LitBody`] | the receivers: the box cut by the view volume, and by a spot light's cone; its casters on request |
 //! | basis | [`LightSpace`], [`Axes`] | the frame |
 //! | warp | [`Rule`], [`Warp`] | the excess |
 //! | fit | [`Fit`], [`ShadowMap`] | the matrix; [`Fit::guard_f32`] and [`ShadowMap::with_border`] as outermost steps |
 //! | aliasing | [`aliasing`] | the worst texel, exactly |
 //! | bias | [`mod@bias`] | the least depth bias, exactly |
+//! | lookup | [`Lookup`] | what a shader needs, rounded to `f32` |
 //!
 //! # Conventions
 //! World space is right-handed (in a left-handed one the map is right too, but triangles show their other side).
@@ -80,11 +96,15 @@
 //! # Where the papers err
 //! LiSPSM Eq. 2 has a sign wrong ([`Warp::map_from_body`]); its refinement in Sec. 4.4 fades the warp out more
 //! slowly, not faster. The four published variants disagree as light and view come to be parallel, and each can be
-//! worse than no warp there: [`LightSpaceRule`] has numbers, and [`Fit::worst_texel`] decides.
+//! worse than no warp there: [`LightSpaceRule`] has numbers, and [`Rule::OPTIMAL`] mends it. PSM's aim at the middle of its
+//! cube has what is seen behind the light where the sun is in the picture ([`Aim`]), and needs no reversed depth test and no
+//! moved camera ([`PerspectiveRule`]). TSM's warp does not fade out as light and view become parallel, but ends in a jump
+//! ([`TrapezoidalRule`]).
 //!
 //! # Numbers
 //! Geometry uses `+ - * / sqrt` only, so results are the same to the bit with `std` and with `libm` (the tangent of a
-//! field of view apart; [`View::perspective_off_centre`] takes tangents). The matrix is accurate to 1e-13 (1 + eta) in
+//! field of view or a cone apart, and the logarithms of [`Fit::least_errors`] and [`Rule::Steady`];
+//! [`View::perspective_off_centre`] takes tangents). The matrix is accurate to 1e-13 (1 + eta) in
 //! normalised device coordinates, for depth ratios up to 1e7 and any angle between light and view, about a point of the
 //! scene ([`ShadowMap::origin`]). Lengths from
 //! 1e-100 to 1e100 are accepted; NaN and infinity are errors that name the argument; nothing panics.
@@ -99,7 +119,9 @@
 //! # Sources
 //! M. Wimmer, D. Scherzer, W. Purgathofer: *Light Space Perspective Shadow Maps*, 2004 ("LiSPSM"). M. Wimmer, D.
 //! Scherzer: *Robust Shadow Mapping with Light-Space Perspective Shadow Maps*, in ShaderX4, 2005. M. Stamminger, G.
-//! Drettakis: *Perspective Shadow Maps*, 2002. D. B. Lloyd: *Logarithmic Perspective Shadow Maps*, 2007.
+//! Drettakis: *Perspective Shadow Maps*, 2002 ("PSM"). T. Martin, T.-S. Tan: *Anti-aliasing and Continuity with Trapezoidal
+//! Shadow Maps*, 2004. H. Chong, S. Gortler: *A Lixel for every Pixel*, 2004. D. B. Lloyd: *Logarithmic Perspective Shadow
+//! Maps*, 2007.
 #![no_std]
 #[cfg(any(test, feature = "std"))]
 extern crate std;

@@ -10,8 +10,7 @@ use super::{Slab, ViewAxis};
 /// at once. (The paper fits the whole view volume; here it is what of it there is to see. For a camera off its centre
 /// the paper's axis joins the middles of the near and the far plane; here it is the view direction.)
 ///
-/// Source: T. Martin, T.-S. Tan, Anti-aliasing and Continuity with Trapezoidal Shadow Maps, 2004; the rule for the
-/// focus, Sec. 4.
+/// Source: T. Martin, T.-S. Tan, Anti-aliasing and Continuity with Trapezoidal Shadow Maps, 2004.
 ///
 /// [`Fit::solve`]: crate::Fit::solve
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,7 +38,7 @@ impl TrapezoidalRule {
     /// Returns the excess, `lambda/eta` in the paper's symbols, that puts the focus on the line.
     ///
     /// ```text
-    /// eta = (lambda delta' + lambda delta' xi)/(lambda - 2 delta' - lambda xi)            [Martin and Tan, Sec. 4]
+    /// eta = (lambda delta' + lambda delta' xi)/(lambda - 2 delta' - lambda xi)            [Martin and Tan]
     /// excess = (S - t)/((1 - S) t),   S = line = (1 - xi)/2,   t = delta'/lambda
     /// ```
     /// Symbols: `delta'` is the focus' distance from the top line, which is not that from the near plane's centre.
