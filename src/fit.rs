@@ -185,6 +185,7 @@ impl<'a> Fit<'a> {
     }
 
     /// Light space, once everything that is not a number of light space is found to be in order.
+    #[inline(always)]
     fn frame(&self) -> Result<Frame<'_>, Error> {
         let no_zero = |[width, height]: [u32; 2]| width > 0 && height > 0;
         require(no_zero(self.map_size), "map_size", "must not be zero")?;

@@ -47,7 +47,7 @@ impl<const SPOT: bool> Prepared<SPOT> {
         };
         let floor = least_size(greatest, distance);
         let along = along.at_least(floor);
-        let centre = frame.eye_across().map_or(across.middle(), |eye| across.clamp(eye));
+        let centre = frame.eye_across::<SPOT>().map_or(across.middle(), |eye| across.clamp(eye));
         Ok(Self { measures, along, floor, distance, centre })
     }
 

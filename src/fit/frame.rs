@@ -55,6 +55,7 @@ impl Place {
 }
 
 impl<'a> Frame<'a> {
+    #[inline(always)]
     pub(super) fn new(fit: &'a Fit<'a>) -> Result<Self, Error> {
         let origin = fit.origin()?;
         let space = fit.light_space()?;
@@ -159,7 +160,11 @@ impl<'a> Frame<'a> {
 
     /// The place of the line of sight across the warp: the same for each of its points. `None` if it lies in the plane
     /// through the light across its axis, which is nowhere in its picture.
-    pub(super) fn eye_across(&self) -> Option<f64> {
+    #[inline(always)]
+    pub(super) fn eye_across<const SPOT: bool>(&self) -> Option<f64> {
+        if !SPOT {
+            return Some(self.space.x.dot(self.to_eye()));
+        }
         // Both would do; the one with the greater denominator is the more accurate. At infinity that is the eye.
         let (eye, forward) = (self.to_eye(), self.fit.view.forward());
         let at_eye = [at(self.x, eye), at(self.base, eye)];
