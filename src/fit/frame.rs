@@ -4,7 +4,7 @@ use glam::{DVec3, DVec4};
 
 use super::extent::{Extent, at, row};
 use super::{Fit, NearDepth};
-use crate::basis::LightSpace;
+use crate::basis::{Axes, LightSpace};
 use crate::body::{Body, ConvexBody, LitBody, Reach};
 use crate::error::Error;
 use crate::light::{Light, Spot};
@@ -158,7 +158,8 @@ impl<'a> Frame<'a> {
         self.fit.view.eye() - self.origin
     }
 
-    /// The place of the line of sight across the warp: the same for each of its points. `None` if it lies in the plane
+    /// The place of the line of sight across the warp, or of that through the view's middle where the axes follow it: the
+    /// same for each of its points. `None` if it lies in the plane
     /// through the light across its axis, which is nowhere in its picture.
     #[inline(always)]
     pub(super) fn eye_across<const SPOT: bool>(&self) -> Option<f64> {
@@ -166,7 +167,11 @@ impl<'a> Frame<'a> {
             return Some(self.space.x.dot(self.to_eye()));
         }
         // Both would do; the one with the greater denominator is the more accurate. At infinity that is the eye.
-        let (eye, forward) = (self.to_eye(), self.fit.view.forward());
+        let eye = self.to_eye();
+        let forward = match self.fit.axes {
+            Axes::Middle => self.fit.middle_vector(),
+            Axes::View | Axes::LightFixed => self.fit.view.forward(),
+        };
         let at_eye = [at(self.x, eye), at(self.base, eye)];
         let far_away = [self.x, self.base].map(|row| row.truncate().dot(forward));
         let depth = at_eye[1].abs().max(eye.abs().max_element());
