@@ -24,26 +24,52 @@
 //! | 21 | the excess is continuous and `<= d s/(2 z_n)` | `light_space::excess_is_continuous` |
 //! | 22 | parallel and opposite are uniform, exactly | `light_space::parallel_is_uniform` |
 //! | 23 | warps compose and invert | `optimum::warps_compose_and_invert` |
+//! | 24 | PSM: all is inside, all sides are touched | `perspective::contains_and_touches` |
+//! | 25 | PSM: along the light x and y stay, and depth falls, on either side of the camera plane | `perspective::light_rays_stay_in_their_texel` |
+//! | 26 | PSM: continuous where the light passes the camera plane | `perspective::continuous_where_the_light_passes_the_camera_plane` |
+//! | 27 | PSM: uniform with the light along the view | `perspective::a_sun_in_the_picture_makes_a_uniform_map` |
+//! | 28 | PSM moved back by `sqrt(n f)` is LiSPSM | `perspective::moved_back_by_the_mean_depth_it_is_lispsm` |
+//! | 29, 30 | TSM: all is inside; the focus is on its line; both ends are touched | `trapezoidal::focus_lands_on_its_line` |
+//! | 31 | TSM: the paper's eight matrices | `trapezoidal::eight_matrices_make_the_same_map` |
+//! | 32 | TSM is the family with its ratio | `trapezoidal::focus_lands_on_its_line` |
+//! | 33 | spot lights: all is inside, all sides are touched | `spot::contains_and_touches` |
+//! | 34 | spot lights: along the light x and y stay, and depth falls | `spot::light_rays_stay_in_their_texel` |
+//! | 35 | spot lights: equal errors at both ends of the line of sight | `spot::errors_on_the_line_of_sight_are_equal` |
+//! | 36, 37 | depth slopes | `tests/bias.rs` |
+//! | 38 | least error on the line of sight, by brute force | `on_axis` |
 //!
 //! Tolerances are ten times the worst deviation of a plain program in f64, which the list holds as well.
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
+mod oracle;
 mod scenes;
 
 #[path = "properties/derivatives.rs"]
 mod derivatives;
 #[path = "properties/invariance.rs"]
 mod invariance;
+#[path = "properties/lamps.rs"]
+mod lamps;
 #[path = "properties/light_space.rs"]
 mod light_space;
 #[path = "properties/long_run.rs"]
 mod long_run;
 #[path = "properties/matrix.rs"]
 mod matrix;
+#[path = "properties/on_axis.rs"]
+mod on_axis;
 #[path = "properties/optimum.rs"]
 mod optimum;
+#[path = "properties/perspective.rs"]
+mod perspective;
+#[path = "properties/plane.rs"]
+mod plane;
+#[path = "properties/spot.rs"]
+mod spot;
+#[path = "properties/trapezoidal.rs"]
+mod trapezoidal;
 
 /// How many scenes each property is tried on.
 const CASES: u64 = 1500;

@@ -6,6 +6,8 @@
 #![expect(clippy::unwrap_used, reason = "a row that does not have its fields is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
+#[path = "published/rules.rs"]
+mod rules;
 mod scenes;
 
 use scenes::{Scene, box_about, project};
@@ -18,7 +20,7 @@ use shadow_warp::{
 
 type Check = fn(&Row);
 
-const CHECKS: [(&str, Check); 26] = [
+const CHECKS: [(&str, Check); 38] = [
     ("lispsm.eq2.s.hard_ratio", place),
     ("lispsm.eq2.s.n_inf", place),
     ("lispsm.dsdz", density),
@@ -45,6 +47,18 @@ const CHECKS: [(&str, Check); 26] = [
     ("lispsm.matrix.far_world", matrix),
     ("bias.facing", bias),
     ("bias.chord", chord),
+    ("psm.light.dir_behind", rules::light_in_the_camera_space),
+    ("psm.light.pt_behind", rules::light_in_the_camera_space),
+    ("psm.matrix.behind", rules::perspective_matrix),
+    ("psm.pole", rules::perspective_pole),
+    ("psm.shift", rules::least_shift),
+    ("psm.shift.error", rules::shifted_error),
+    ("tsm.eta", rules::trapezoid),
+    ("tsm.omega", rules::trapezoid),
+    ("tsm.lispsm_equiv", rules::focus_of_lispsm),
+    ("tsm.8step", rules::eight_steps),
+    ("spot.matrix", rules::spot_matrix),
+    ("scherzer.middle", rules::middle_vector),
 ];
 
 struct Row(Value);
@@ -271,6 +285,7 @@ fn best_on_axis(row: &Row) {
     for rule in ALL_RULES {
         assert!(worst(&scene.fit().solve(Rule::LightSpace(rule)).unwrap()) >= best);
     }
+    near_relative(scene.fit().solve(Rule::OnAxis).unwrap().warp().excess(), expected[2], 1e-13);
 }
 
 fn light_space(row: &Row) -> LightSpace {

@@ -3,7 +3,9 @@
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
+pub(crate) mod lamps;
 pub(crate) mod random;
+pub(crate) mod trapezoid;
 
 use random::Random;
 use shadow_warp::glam::{DVec3, DVec4};

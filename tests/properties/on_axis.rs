@@ -1,0 +1,241 @@
+//! The least error at the two ends of the line of sight, the view's middle, and chosen depths.
+
+use crate::scenes::lamps::{lamp, lit};
+use crate::scenes::random::Random;
+use crate::scenes::{LIGHT_SPACE_RULES, Scene, box_about, extent, moderate, ndc};
+use crate::{CASES, Worst};
+use shadow_warp::glam::{DVec2, DVec3};
+use shadow_warp::{Axes, Fit, Rule, ShadowMap, Sides, Slab, TrapezoidalRule, View, Warp};
+
+/// All that a camera along z sees, under a light at an angle to it.
+fn tilted(depth: [f64; 2], sides: Sides, gamma: f64) -> Scene {
+    let [near, far] = depth;
+    let view = View::perspective_off_centre(DVec3::ZERO, DVec3::Z, DVec3::Y, sides, near..far).unwrap();
+    let all = box_about(DVec3::ZERO, DVec3::splat(4.0 * far));
+    Scene::new(view, DVec3::new(0.0, gamma.sin(), gamma.cos()), &[all], all)
+}
+
+/// `t` of a depth on the line of sight, from the corners of the body; the light is in the plane of y and z.
+fn place(scene: &Scene, gamma: f64, depth: f64) -> f64 {
+    let z = DVec3::new(0.0, -gamma.cos(), gamma.sin());
+    let [low, high] = extent(scene.receivers(DVec3::ZERO).iter().map(|q| z.dot(*q)));
+    (z.z * depth - low) / (high - low)
+}
+
+/// `max(q (1 + eta t_n)^2, (1 + eta t_f)^2/q)/(1 + eta)`.
+fn worst_end(q: f64, [t_n, t_f]: [f64; 2], eta: f64) -> f64 {
+    let [near, far] = [1.0 + eta * t_n, 1.0 + eta * t_f];
+    (q * near * near).max(far * far / q) / (1.0 + eta)
+}
+
+/// LSP-38: by a search in steps of a thousandth, and then for the least between them.
+fn brute_force(error: impl Fn(f64) -> f64) -> f64 {
+    let steps = 20_000;
+    let eta = |step: f64| (step / f64::from(steps) * 1e6_f64.ln()).exp() - 1.0;
+    let best = (0..=steps).min_by(|a, b| error(eta(f64::from(*a))).total_cmp(&error(eta(f64::from(*b))))).unwrap();
+    let [mut low, mut high] = [f64::from(best - 1).max(0.0), f64::from(best + 1)];
+    for _ in 0..80 {
+        let [a, b] = [low + 0.382 * (high - low), low + 0.618 * (high - low)];
+        if error(eta(a)) <= error(eta(b)) { high = b } else { low = a }
+    }
+    eta(0.5 * (low + high))
+}
+
+/// LSP-38.
+#[test]
+fn least_error_at_the_ends_by_brute_force() {
+    let mut worst = Worst::new("LSP-38");
+    for (depth, half) in [([1.0, 100.0], 0.5), ([0.1, 70.0], 0.3), ([1.0, 1e4], 1.0)] {
+        for degrees in [90.0_f64, 80.0, 70.0, 60.0, 50.0, 40.0, 30.0, 25.0, 20.0, 15.0, 10.0, 5.0] {
+            let gamma = degrees.to_radians();
+            let scene = tilted(depth, Sides::centred(2.0 * half, 2.0 * half), gamma);
+            let (q, t) = ((depth[1] / depth[0]).sqrt(), depth.map(|z| place(&scene, gamma, z)));
+            let map = scene.fit().solve(Rule::OnAxis).unwrap();
+            let eta = map.warp().excess();
+            let best = brute_force(|eta| worst_end(q, t, eta));
+            let [found, expected] = [eta, best].map(|eta| worst_end(q, t, eta));
+            // At a corner of the function the place is as good as the value; in a valley by its root.
+            worst.note((found / expected - 1.0).abs(), 1e-12, (degrees, eta, best));
+            worst.note((eta - best).abs() / (1.0 + best), 1e-6, (degrees, eta, best));
+            assert!(found <= worst_end(q, t, 0.0), "{degrees}");
+            // And on the map itself, against all other rules.
+            let on_map = |map: &ShadowMap| {
+                let at = |z: f64| map.texel_extent(DVec3::Z * z)[1] / z;
+                at(depth[0]).max(at(depth[1]))
+            };
+            let others = LIGHT_SPACE_RULES.map(Rule::LightSpace).into_iter().chain([Rule::TSM, Rule::Uniform]);
+            for rule in others {
+                let other = scene.fit().solve(rule).unwrap();
+                assert!(on_map(&map) <= on_map(&other) * (1.0 + 1e-12), "{degrees} {rule:?}");
+            }
+        }
+    }
+}
+
+/// On random scenes: never worse than without a warp, and the poles of equal ends at `-sqrt(z_n z_f)`.
+#[test]
+fn never_worse_than_uniform_on_the_line_of_sight() {
+    let (mut warped, mut met) = (0, 0);
+    for case in 0..CASES {
+        let (mut scene, _) = moderate(case);
+        scene.axes = Axes::View;
+        let [map, plain] = [Rule::OnAxis, Rule::Uniform].map(|rule| scene.fit().solve(rule).unwrap());
+        let view = &scene.view;
+        let ends =
+            extent(scene.receivers(view.eye()).iter().map(|q| view.forward().dot(*q))).map(|z| z.max(view.near()));
+        let at = |map: &ShadowMap, z: f64| {
+            let w = map.w(view.eye() + view.forward() * z);
+            w * w / z / map.warp().ratio()
+        };
+        let worst = |map: &ShadowMap| at(map, ends[0]).max(at(map, ends[1]));
+        assert!(worst(&map) <= worst(&plain) * (1.0 + 1e-9), "{case} {map:?}");
+        if map.warp().excess() > 0.1 {
+            warped += 1;
+            assert!(ends.iter().all(|z| map.w(view.eye() + view.forward() * *z) > 0.0), "{case}");
+            let [a, b] = ends.map(|z| at(&map, z));
+            met += usize::from((a / b - 1.0).abs() < 1e-9);
+        }
+        if map.light_space().sin_gamma <= 0.0 {
+            assert_eq!(map, plain, "{case}");
+        }
+    }
+    println!("{warped} warped, {met} with equal ends");
+    assert!(warped > 300 && met > 200, "{warped} {met}");
+}
+
+/// Wimmer and Scherzer's middle vector, for the axes and for the sine alike.
+#[test]
+fn middle_vector_makes_the_axes() {
+    let mut worst = Worst::new("middle vector");
+    let mut turned = 0;
+    for case in 0..CASES {
+        let (mut scene, _) = moderate(case);
+        scene.axes = Axes::Middle;
+        let sum: DVec3 = scene.receivers(scene.view.eye()).into_iter().sum();
+        assert!(scene.view.forward().dot(sum) > 0.0);
+        let (middle, light) = (sum.normalize(), scene.to_light());
+        let map = scene.fit().solve(Rule::LISPSM).unwrap();
+        let space = map.light_space();
+        let across = middle.cross(light);
+        worst.note((space.sin_gamma - across.length()).abs(), 1e-13, case);
+        if across.length() > 1e-3 {
+            worst.note((space.x - across.normalize()).length(), 1e-12 / across.length(), case);
+            worst.note((space.z.dot(middle) - space.sin_gamma).abs(), 1e-13, case);
+            turned += usize::from(space.x.dot(scene.view.forward()).abs() > 0.1);
+        }
+        // All the receivers touch the sides, as with other axes.
+        let [low, high] = extent(scene.receivers(map.origin()).iter().map(|q| ndc(&map, *q).y));
+        assert!(low > -1.0 - 1e-6 && high < 1.0 + 1e-6, "{case} {low} {high}");
+    }
+    assert!(turned > 100, "{turned}");
+    // With all of it behind the view's middle plane the view itself counts: an orthographic camera may look back.
+    let view = View::orthographic(DVec3::ZERO, DVec3::Z, DVec3::Y, Sides::centred(4.0, 4.0), -10.0..1.0).unwrap();
+    let behind = box_about(DVec3::new(1.0, 0.0, -5.0), DVec3::splat(0.5));
+    let mut scene = Scene::new(view, DVec3::Y, &[behind], behind);
+    let plain = scene.fit().solve(Rule::Uniform).unwrap();
+    scene.axes = Axes::Middle;
+    assert_eq!(scene.fit().solve(Rule::Uniform).unwrap(), plain);
+}
+
+/// The part of the body between two depths decides on the warp, as if it were all there is; the map covers all the same.
+#[test]
+fn chosen_depths_change_the_warp_alone() {
+    let mut random = Random::new(45);
+    let mut worst = Worst::new("chosen depths");
+    let (mut changed, mut lamps) = (0, 0);
+    for case in 0..CASES {
+        let is_lamp = case % 2 == 0;
+        let mut scene = if is_lamp { lamp(case).0 } else { moderate(case).0 };
+        scene.axes = Axes::View;
+        let view = &scene.view;
+        let points = lit(&scene, view.eye());
+        let [low, high] = extent(points.iter().map(|q| view.forward().dot(*q)));
+        let a = random.between(low.min(high), high);
+        let chosen = [a, random.between(a, high)];
+        let rules = [Rule::LISPSM, Rule::OnAxis, Rule::TSM, Rule::OPTIMAL, Rule::Uniform];
+        for rule in rules {
+            let fit = Fit { warp_depths: Some(chosen), ..scene.fit() };
+            let Ok(map) = fit.solve(rule) else {
+                assert!(is_lamp);
+                continue;
+            };
+            let explicit = scene.fit().solve(Rule::Explicit(map.warp())).unwrap();
+            assert_eq!(map, explicit, "{case} {rule:?}");
+            // What is beyond the body is no choice.
+            let wide = Fit { warp_depths: Some([0.0, 2.0 * high]), ..scene.fit() }.solve(rule).unwrap();
+            let plain = scene.fit().solve(rule).unwrap();
+            // The best warp may have a neighbour that is as good.
+            let [a, b] = [&wide, &plain].map(|map| {
+                let errors = scene.fit().errors(map.warp()).unwrap();
+                if matches!(rule, Rule::Optimal(_)) { errors.along.max(errors.across) } else { map.warp().ratio() }
+            });
+            assert!((a / b - 1.0).abs() < 1e-6, "{case} {rule:?} {:?} {:?}", wide.warp(), plain.warp());
+            if map.warp() != plain.warp() {
+                changed += 1;
+                lamps += usize::from(is_lamp);
+            }
+        }
+        // LiSPSM's own numbers: near, far and extent of the part, for the warp's near distance d/eta.
+        if !is_lamp {
+            let map = Fit { warp_depths: Some(chosen), ..scene.fit() }.solve(Rule::LISPSM).unwrap();
+            let space = map.light_space();
+            let part = cut(&scene, chosen);
+            let [z_0, z_1] = extent(part.iter().map(|q| space.z.dot(*q)));
+            let [all_0, all_1] = extent(points.iter().map(|q| space.z.dot(*q)));
+            let near = chosen[0].max(view.near());
+            let slab = Slab { near, far: chosen[1], extent: z_1 - z_0, sin_gamma: space.sin_gamma };
+            let size = points.iter().fold(0.0_f64, |s, q| s.max(q.length()));
+            if slab.extent > 1e-3 * size && all_1 - all_0 > 1e-3 * size {
+                let expected = shadow_warp::LightSpaceRule::Damped.excess(&slab) * (all_1 - all_0) / slab.extent;
+                worst.note((map.warp().excess() - expected).abs(), 1e-9 * (1.0 + expected), (case, expected));
+            }
+        }
+    }
+    println!("{changed} changed, {lamps} of lamps");
+    assert!(changed > 1000 && lamps > 200, "{changed} {lamps}");
+}
+
+/// The vertices of the receivers between two depths, relative to the eye, by the edges of their bodies.
+fn cut(scene: &Scene, [low, high]: [f64; 2]) -> Vec<DVec3> {
+    let (eye, forward) = (scene.view.eye(), scene.view.forward());
+    let mut all = Vec::new();
+    for body in &scene.bodies {
+        let points: Vec<_> = body.vertices().iter().map(|q| *q + (body.origin() - eye)).collect();
+        // Every pair: those that are no edge add nothing new.
+        for (i, a) in points.iter().enumerate() {
+            for b in &points[..=i] {
+                let [z_a, z_b] = [*a, *b].map(|q| forward.dot(q));
+                let along = DVec2::new((low - z_a) / (z_b - z_a), (high - z_a) / (z_b - z_a));
+                all.extend([along.x, along.y].into_iter().filter(|s| (0.0..=1.0).contains(s)).map(|s| a.lerp(*b, s)));
+                all.extend([*a, *b].into_iter().filter(|q| (low..=high).contains(&forward.dot(*q))));
+            }
+        }
+    }
+    all
+}
+
+/// A rule that sees where the line of sight is sees it from a camera off its centre too.
+#[test]
+fn line_of_sight_of_a_camera_off_its_centre() {
+    for shift in [-0.4, 0.0, 0.4, 2.0] {
+        for degrees in [80.0_f64, 40.0, 20.0] {
+            let gamma = degrees.to_radians();
+            let sides = Sides { left: -0.5, right: 0.5, bottom: shift - 0.5, top: shift + 0.5 };
+            let scene = tilted([1.0, 100.0], sides, gamma);
+            let t = [1.0, 100.0].map(|z| place(&scene, gamma, z));
+            let eta = scene.fit().solve(Rule::OnAxis).unwrap().warp().excess();
+            if t[0] >= 0.0 {
+                let best = brute_force(|eta| worst_end(10.0, t, eta));
+                assert!((eta - best).abs() <= 1e-6 * (1.0 + best), "{shift} {degrees} {eta} {best}");
+            }
+            let focus = TrapezoidalRule { focus: 0.5, line: 0.9, fade: false };
+            let map = scene.fit().solve(Rule::Trapezoidal(focus)).unwrap();
+            let t = place(&scene, gamma, 50.5);
+            if t > 0.0 && t < 0.9 {
+                let expected = (0.9 - t) / (0.1 * t);
+                assert!((map.warp().excess() / expected - 1.0).abs() < 1e-10, "{shift} {degrees}");
+                assert!((Warp::new(expected).unwrap().map_from_body(t) - 0.9).abs() < 1e-12);
+            }
+        }
+    }
+}

@@ -1,0 +1,390 @@
+//! Perspective shadow maps: what the one matrix does for lights before, beside and behind the eye.
+
+use crate::scenes::lamps::{PLACES, Place, assert_casters_are_shown, lamp, lit};
+use crate::scenes::random::Random;
+use crate::scenes::{KINDS, Kind, Scene, box_about, extent, moderate, ndc, product_rounding, sizes};
+use crate::{CASES, Worst};
+use shadow_warp::glam::{DVec2, DVec3};
+use shadow_warp::{Aim, ClipSpace, Error, Fit, Lens, PerspectiveRule, Rule, ShadowMap, View};
+
+fn rule(aim: Aim, shift: f64) -> Rule {
+    Rule::Perspective(PerspectiveRule { aim, shift })
+}
+
+fn unsupported(result: &Result<ShadowMap, Error>) -> bool {
+    matches!(result, Err(Error::Unsupported { .. }))
+}
+
+/// Scenes under a sun and under lamps, with their maps, some of them shifted; points are relative to the map's origin.
+fn each_map(mut check: impl FnMut(&Scene, &ShadowMap, &[DVec3], u64)) {
+    let (mut suns, mut lamps, mut refused) = ([0; KINDS.len()], [0; PLACES.len()], [0; PLACES.len()]);
+    for case in 0..CASES {
+        let (scene, kind) = moderate(case);
+        // What this camera sees is out of its picture once it has moved back only where a side leans inward.
+        let shift = if case % 3 == 0 { scene.view.near() } else { 0.0 };
+        let widens = match scene.view.lens() {
+            Lens::Perspective(s) => s.left.max(s.bottom) < 0.0 && s.right.min(s.top) > 0.0,
+            Lens::Orthographic(_) => false,
+        };
+        let map = scene.fit().solve(rule(Aim::Closest, if widens { shift } else { 0.0 })).unwrap();
+        suns[kind as usize] += 1;
+        check(&scene, &map, &scene.receivers(map.origin()), case);
+
+        let (scene, place) = lamp(case);
+        let found = scene.fit().solve(Rule::PSM);
+        match found {
+            Ok(map) => {
+                lamps[place as usize] += 1;
+                check(&scene, &map, &lit(&scene, map.origin()), case);
+            }
+            Err(Error::NothingLit) => {}
+            Err(error) => {
+                refused[place as usize] += 1;
+                assert!(unsupported(&found) || error.to_string().starts_with("near"), "{case} {place:?} {error}");
+            }
+        }
+    }
+    println!("{suns:?} {lamps:?}, refused {refused:?}");
+    assert!(suns.iter().all(|n| *n > 50), "{suns:?}");
+    assert!(lamps[Place::Anywhere as usize].min(lamps[Place::Beside as usize]) > 50, "{lamps:?}");
+    assert!(lamps[Place::BehindEye as usize].min(lamps[Place::AtEye as usize]) > 50, "{lamps:?}");
+}
+
+/// No box without width, which may look flat to the light in the camera's space too.
+fn is_solid(scene: &Scene) -> bool {
+    scene.boxes.iter().all(|b| (b.max() - b.min()).min_element() > 0.0)
+}
+
+/// LSP-24.
+#[test]
+fn contains_and_touches() {
+    let (mut inside, mut touch) = (Worst::new("LSP-24 inside"), Worst::new("LSP-24 touch"));
+    let (mut touched, mut by_casters) = (0, 0);
+    let mut random = Random::new(24);
+    each_map(|scene, map, receivers, case| {
+        let allowed = 1e-13 + extent(receivers.iter().map(|q| product_rounding(map, *q)))[1];
+        let points: Vec<_> = receivers.iter().map(|q| ndc(map, *q)).collect();
+        let [x, y, z] = [0, 1, 2].map(|a| extent(points.iter().map(|p| p[a])));
+        for [low, high] in [x, y, z.map(|z| 2.0 * z - 1.0)] {
+            inside.note((-1.0 - low).max(high - 1.0), allowed, (case, map));
+        }
+        let [across, height, along] = sizes(receivers, map);
+        let thick = 1e-5 * across.max(height).max(along);
+        if across.min(along) > thick {
+            for [low, high] in [x, y] {
+                touch.note((low + 1.0).abs().max((high - 1.0).abs()), allowed, (case, map));
+            }
+            touched += 1;
+        }
+        if is_solid(scene) && height > thick {
+            touch.note((z[1] - 1.0).abs(), allowed, (case, map));
+        }
+        let nearest = if scene.light.as_directional().is_ok() {
+            let casters = scene.caster_points(map.origin());
+            let rounding = extent(casters.iter().map(|q| product_rounding(map, *q)))[1].max(0.0);
+            let nearest = extent(casters.iter().map(|q| ndc(map, *q).z))[0];
+            inside.note(-nearest, allowed + rounding, (case, map));
+            if is_solid(scene) && height > thick {
+                touch.note(nearest.min(z[0]).abs(), allowed + rounding, (case, map));
+            }
+            nearest
+        } else {
+            assert_casters_are_shown(scene, map, &mut random)
+        };
+        by_casters += usize::from(nearest < z[0] - 0.01);
+    });
+    println!("{touched} {by_casters}");
+    assert!(touched > 1000 && by_casters > 300, "{touched} {by_casters}");
+}
+
+/// LSP-25: whatever its side of the camera plane, and with the ordinary depth test.
+#[test]
+fn light_rays_stay_in_their_texel() {
+    let mut sideways = Worst::new("LSP-25");
+    let mut random = Random::new(25);
+    let (mut before, mut behind, mut on_plane) = (0, 0, 0);
+    each_map(|scene, map, receivers, case| {
+        let q = random.mixed(receivers);
+        let light = scene.light.homogeneous();
+        // Towards a lamp a part of the way; towards the sun over as much as the body is large.
+        let way = if light.w == 0.0 {
+            let size = sizes(receivers, map).into_iter().fold(1e-3, f64::max);
+            light.truncate() * size * random.log_between(1e-3, 1.0)
+        } else {
+            (light.truncate() - map.origin() - q) * random.log_between(1e-3, 0.9)
+        };
+        let [here, there] = [q, q + way].map(|p| ndc(map, p));
+        let moved = (here - there).truncate().abs().max_element();
+        // The direction itself is rounded: over the way, and for a lamp over its distance.
+        let rounding = product_rounding(map, q) + product_rounding(map, q + way);
+        sideways.note(moved, 6e-15 + 2.0 * rounding, (case, map));
+        let row = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(2);
+        if here.z - there.z < 1e-13 + rounding {
+            assert!(here.z > there.z - 1e-13 - rounding, "{case} {here} {there}");
+        }
+        let w = |q: DVec3| map.w(q + map.origin());
+        // z/w falls: z' w - z w' along the way, with z as it is about the point itself.
+        let (z, w_here) = (row.dot(q.extend(1.0)), w(q));
+        let fall = row.truncate().dot(way) * w_here - z * (w(q + way) - w_here);
+        assert!(fall < 0.0, "{case} {fall} {map:?}");
+        let depth = scene.view.forward().dot(light.truncate() - scene.view.eye() * light.w);
+        let size = if light.w == 0.0 { 1.0 } else { scene.view.eye().length() };
+        if depth.abs() <= 1e-12 * size {
+            on_plane += 1;
+        } else if depth > 0.0 {
+            before += 1;
+        } else {
+            behind += 1;
+        }
+    });
+    println!("{before} before the eye, {behind} behind it, {on_plane} on its plane");
+    assert!(before.min(behind) > 500 && on_plane > 200, "{before} {behind} {on_plane}");
+}
+
+/// A camera along z from near to far, symmetric, and all that it sees.
+fn plain(near: f64, far: f64, [x, y]: [f64; 2], to_light: DVec3) -> Scene {
+    let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 2.0 * y.atan(), x / y, near..far).unwrap();
+    let all = box_about(DVec3::ZERO, DVec3::splat(2.0 * far * x.max(y).max(1.0)));
+    Scene::new(view, to_light, &[all], all)
+}
+
+fn tangents(random: &mut Random) -> [f64; 2] {
+    [random.log_between(0.1, 2.0), random.log_between(0.1, 2.0)]
+}
+
+/// LSP-26.
+#[test]
+fn continuous_where_the_light_passes_the_camera_plane() {
+    let mut worst = Worst::new("LSP-26");
+    let mut random = Random::new(26);
+    for case in 0..CASES {
+        let turn = random.between(0.0, core::f64::consts::TAU);
+        let size = tangents(&mut random);
+        let far = random.log_between(2.0, 100.0);
+        // First order: by the light's move in the camera's space.
+        let allowed = 4.4e-9 * (1.0 + size[0].max(size[1]) * (1.0 + 1.0 / (1.0 - 1.0 / far)));
+        for aim in [Aim::Closest, Aim::Centre] {
+            let [on, before, behind] = [0.0, 1e-9, -1e-9].map(|z| {
+                let scene = plain(1.0, far, size, DVec3::new(turn.cos(), turn.sin(), z));
+                let map = scene.fit().solve(rule(aim, 0.0)).unwrap();
+                let points = scene.receivers(map.origin());
+                let places: Vec<_> = points.iter().map(|q| ndc(&map, *q)).collect();
+                (places, map.warp().excess())
+            });
+            for side in [before, behind] {
+                for (a, b) in on.0.iter().zip(&side.0) {
+                    worst.note((*a - *b).abs().max_element(), allowed, case);
+                }
+                worst.note((on.1 / side.1 - 1.0).abs(), allowed, case);
+            }
+        }
+    }
+}
+
+/// LSP-27, for any sun in the picture, or opposite.
+#[test]
+fn a_sun_in_the_picture_makes_a_uniform_map() {
+    let mut random = Random::new(27);
+    let mut seen = 0;
+    for case in 0..CASES {
+        let near = random.log_between(1e-4, 10.0);
+        let far = near * random.log_between(1.5, 1e7);
+        let [x, y] = tangents(&mut random);
+        let inside = |r: &mut Random, tangent: f64| tangent * 0.999 * r.between(-1.0, 1.0);
+        let sun = match case % 4 {
+            0 => DVec3::Z,
+            1 => DVec3::NEG_Z,
+            _ => {
+                DVec3::new(inside(&mut random, x), inside(&mut random, y), 1.0) * if case % 4 == 2 { 1.0 } else { -1.0 }
+            }
+        };
+        let scene = plain(near, far, [x, y], sun);
+        let map = scene.fit().solve(Rule::PSM).unwrap();
+        assert_eq!(map.warp().excess().to_bits(), 0, "{case}");
+        let w = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(3);
+        assert_eq!(w.truncate(), DVec3::ZERO, "{case}");
+        // And of random scenes, those with light and view parallel.
+        let (scene, kind) = moderate(case);
+        if matches!(kind, Kind::Parallel | Kind::Opposite) {
+            let centred = matches!(scene.view.lens(), Lens::Perspective(s) if s.left + s.right == 0.0);
+            if centred {
+                seen += 1;
+                let map = scene.fit().solve(Rule::PSM).unwrap();
+                assert_eq!(map.warp().excess().to_bits(), 0, "{case}");
+            }
+        }
+    }
+    assert!(seen > 100, "{seen}");
+}
+
+/// LSP-28: moved back by `sqrt(n f)`, under a light across the view, this is LiSPSM; not moved, its ratio is `f/n`.
+#[test]
+fn moved_back_by_the_mean_depth_it_is_lispsm() {
+    let (mut excess, mut same) = (Worst::new("LSP-28 excess"), Worst::new("LSP-28 map"));
+    for case in 0..CASES {
+        let mut random = Random::new(case);
+        let near = random.log_between(1e-3, 10.0);
+        let far = near * random.log_between(1.01, 1e6);
+        let to_light = [DVec3::Y, DVec3::X, DVec3::NEG_Y][random.below(3)];
+        let scene = plain(near, far, tangents(&mut random), to_light);
+        let mean = (near * far).sqrt();
+        let lispsm = scene.fit().solve(Rule::LISPSM).unwrap();
+        for aim in [Aim::Closest, Aim::Centre] {
+            let map = scene.fit().solve(rule(aim, mean)).unwrap();
+            let [a, b] = [&map, &lispsm].map(|map| map.warp().excess());
+            // The excess is a difference of ratios.
+            excess.note((a - b).abs(), 4e-15 * (1.0 + b), (case, a, b));
+            excess.note((b - ((far / near).sqrt() - 1.0)).abs(), 4e-15 * (1.0 + b), case);
+            for q in scene.receivers(map.origin()) {
+                let [p, expected] = [&map, &lispsm].map(|map| ndc(map, q));
+                same.note((p - expected).abs().max_element(), 1e-13 * (1.0 + b), (case, p, expected));
+            }
+            let [p, q] = [&map, &lispsm].map(|m| m.texel_extent(DVec3::Z * mean));
+            same.note((p[0] / q[0] - 1.0).abs().max((p[1] / q[1] - 1.0).abs()), 1e-12, case);
+            let whole = scene.fit().solve(rule(aim, 0.0)).unwrap().warp().ratio();
+            excess.note((whole / (far / near) - 1.0).abs(), 1e-14, case);
+        }
+    }
+}
+
+/// Where the middle of the cube can be aimed at: where the light is further from it than any corner is, seen along its
+/// direction.
+#[test]
+fn the_middle_is_aimed_at_only_where_all_lies_before_the_light() {
+    let mut random = Random::new(32);
+    let (mut refused, mut accepted) = (0, 0);
+    for case in 0..CASES {
+        let far = random.log_between(2.0, 1e4);
+        let [x, y] = tangents(&mut random);
+        let sun = DVec3::new(random.between(-3.0, 3.0), random.between(-3.0, 3.0), random.between(-3.0, 3.0));
+        let scene = plain(1.0, far, [x, y], sun);
+        let [r_x, r_y, r_z] = [sun.x / sun.z / x, sun.y / sun.z / y, (far + 1.0) / (far - 1.0)].map(f64::abs);
+        let least = (r_x * r_x + r_y * r_y + r_z * r_z) / (r_x + r_y + r_z) - 1.0;
+        if least.abs() < 1e-4 {
+            continue;
+        }
+        let found = scene.fit().solve(rule(Aim::Centre, 0.0));
+        if least > 0.0 {
+            accepted += 1;
+            found.unwrap();
+        } else {
+            refused += 1;
+            assert!(unsupported(&found), "{case} {least}");
+        }
+        scene.fit().solve(Rule::PSM).unwrap();
+    }
+    assert!(refused > 100 && accepted > 100, "{refused} {accepted}");
+}
+
+/// `-2 f n (f + n)/(f - n)^2 tan^2 theta/tan^2 gamma`, seen from the eye, for the middle aimed at.
+#[test]
+fn pole_on_the_line_of_sight() {
+    let mut worst = Worst::new("pole of a perspective map");
+    let mut random = Random::new(33);
+    for case in 0..CASES {
+        let near = random.log_between(1e-3, 10.0);
+        let far = near * random.log_between(1.5, 1e6);
+        let [x, y] = tangents(&mut random);
+        // Across an axis of the picture, outside of it.
+        let slope = random.log_between(2.5, 1e3) * [1.0, -1.0][random.below(2)];
+        let (sun, tangent) = if random.below(2) == 0 {
+            (DVec3::new(slope * x, 0.0, 1.0), x)
+        } else {
+            (DVec3::new(0.0, slope * y, 1.0), y)
+        };
+        let sun = sun * [1.0, -1.0][random.below(2)];
+        let map = plain(near, far, [x, y], sun).fit().solve(rule(Aim::Centre, 0.0)).unwrap();
+        let [at_near, at_far] = [near, far].map(|z| map.w(DVec3::Z * z));
+        // How far it lies before the near plane, as the map's numbers have it.
+        let before = (far - near) * at_near / (at_far - at_near);
+        let gamma = slope * tangent;
+        let pole =
+            -2.0 * far * near * (far + near) / ((far - near) * (far - near)) * (tangent / gamma) * (tangent / gamma);
+        worst.note((before / (near - pole) - 1.0).abs(), 1e-12, (case, before, near - pole));
+    }
+}
+
+/// The camera moved back by the least shift has the body in its volume, touching it; by less it has not.
+#[test]
+fn least_shift_holds_the_body() {
+    let mut random = Random::new(34);
+    let mut moved = 0;
+    for case in 0..CASES {
+        let (scene, _) = moderate(case);
+        let body = &scene.bodies[0];
+        let (view, Lens::Perspective(sides)) = (&scene.view, scene.view.lens()) else { continue };
+        // What can cast a shadow on it reaches out of the view.
+        let Some(casters) = Some(body.casters(&scene.light, &scene.casters).unwrap()).filter(|c| !c.is_empty()) else {
+            continue;
+        };
+        let found = PerspectiveRule::least_shift(view, &casters);
+        if sides.left.max(sides.bottom) >= 0.0 || sides.right.min(sides.top) <= 0.0 {
+            assert!(matches!(found, Err(Error::Unsupported { .. })), "{case}");
+            continue;
+        }
+        let shift = found.unwrap();
+        let beyond = |shift: f64| {
+            let q = |v: &DVec3| *v + (casters.origin() - view.eye()) + view.forward() * shift;
+            let planes = |q: DVec3| {
+                let [x, y, z] = [view.right(), view.up(), view.forward()].map(|axis| axis.dot(q));
+                let across = (x - sides.right * z) / sides.right;
+                let over = (y - sides.top * z) / sides.top;
+                let [left, below] = [(sides.left * z - x) / -sides.left, (sides.bottom * z - y) / -sides.bottom];
+                across.max(over).max(left).max(below).max(view.near() - z)
+            };
+            casters.vertices().iter().map(|v| planes(q(v))).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let size = casters.vertices().iter().fold(shift, |s, v| s.max(v.length())) + casters.origin().length();
+        let narrow = 1.0 + 1.0 / sides.right.min(sides.top).min(-sides.left).min(-sides.bottom);
+        let allowed = 1e-14 * size * narrow;
+        assert!(beyond(shift) <= allowed, "{case} {shift} {}", beyond(shift));
+        if shift > 10.0 * allowed {
+            moved += 1;
+            assert!(beyond(shift).abs() <= allowed, "{case} {shift} {}", beyond(shift));
+            assert!(beyond(shift * random.unit()) > -allowed, "{case}");
+        }
+    }
+    assert!(moved > 300, "{moved}");
+}
+
+/// A texel's extent, from the matrix by differences, where the picture of the eye lies.
+#[test]
+fn texels_are_as_large_as_the_matrix_says() {
+    let mut worst = Worst::new("texels of a perspective map");
+    each_map(|scene, map, receivers, case| {
+        let light = map.light_space();
+        let fit = Fit { map_size: [512, 2048], ..scene.fit() };
+        let Ok(map) = fit.solve(Rule::PSM) else { return };
+        if !scene.light.as_directional().is_ok() || map.warp().ratio() > 1e4 || !is_solid(scene) {
+            return;
+        }
+        let [across, height, along] = sizes(receivers, &map);
+        if across.min(along) < 1e-3 * height.max(across).max(along) {
+            return;
+        }
+        // On the line through the eye along the warp, as far as it passes the body: there is no shear.
+        let space = map.light_space();
+        assert!((space.y - light.y).length() < 1e-15);
+        let [low, high] = extent(receivers.iter().map(|q| space.x.dot(*q)));
+        let at = space.x.dot(scene.view.eye() - map.origin()).clamp(low, high);
+        let q = receivers[case as usize % receivers.len()];
+        let q = q + space.x * (at - space.x.dot(q));
+        let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
+        let (w, p) = (matrix.row(3), q.extend(1.0));
+        let derivative = |row: usize, axis: DVec3| {
+            let row = matrix.row(row);
+            (row.truncate().dot(axis) * w.dot(p) - row.dot(p) * w.truncate().dot(axis)) / (w.dot(p) * w.dot(p))
+        };
+        let [x_x, x_z, y_x, y_z] =
+            [(0, space.x), (0, space.z), (1, space.x), (1, space.z)].map(|(row, axis)| derivative(row, axis));
+        let determinant = x_x * y_z - x_z * y_x;
+        let expected = [DVec2::new(y_z, y_x) * (2.0 / 512.0), DVec2::new(x_z, x_x) * (2.0 / 2048.0)]
+            .map(|v| v.length() / determinant.abs());
+        let found = map.texel_extent(q + map.origin());
+        let rounding = 64.0 * f64::EPSILON * map.origin().length() * map.warp().ratio() / across.min(along);
+        let conditioning = (x_x.abs() + x_z.abs()) * (y_x.abs() + y_z.abs()) / determinant.abs();
+        for (a, b) in found.into_iter().zip(expected) {
+            worst.note((a / b - 1.0).abs(), (1e-12 + rounding) * conditioning, (case, a, b, map));
+        }
+    });
+}
