@@ -46,6 +46,8 @@
 mod oracle;
 mod scenes;
 
+#[path = "properties/aims.rs"]
+mod aims;
 #[path = "properties/derivatives.rs"]
 mod derivatives;
 #[path = "properties/invariance.rs"]

@@ -1,11 +1,11 @@
 //! Spot lights: their worst texel, rounding to `f32`; the faces of point lights.
 
-use crate::CASES;
 use crate::scenes::lamps::{lamp, lit, rounding, spot};
 use crate::scenes::random::Random;
-use crate::scenes::{ndc, project};
+use crate::scenes::{extent, ndc, project};
+use crate::{CASES, Worst};
 use shadow_warp::glam::{DVec3, Mat4};
-use shadow_warp::{Axes, ClipSpace, Error, Fit, Light, Rule, ShadowMap, aliasing};
+use shadow_warp::{Axes, ClipSpace, Error, Fit, Light, Rule, ShadowMap, Warp, aliasing};
 
 const RULES: [Rule; 4] = [Rule::Uniform, Rule::LISPSM, Rule::OPTIMAL, Rule::PSM];
 
@@ -166,4 +166,43 @@ fn faces_of_a_point_light_share_out_what_is_seen() {
     }
     println!("{seen:?}, dark {dark}");
     assert!(seen.iter().all(|n| *n > 300) && dark > 1000, "{seen:?} {dark}");
+}
+
+/// Along the warp, and across it where the centre of the warp is, by the derivatives of the matrix.
+#[test]
+fn texels_are_as_large_as_the_matrix_says() {
+    let mut worst = Worst::new("texels of a spot light's map");
+    let mut random = Random::new(50);
+    let mut seen = 0;
+    for case in 0..CASES {
+        let (scene, _) = lamp(case);
+        let warp = Warp::new(random.log_between(0.1, 100.0)).unwrap();
+        let fit = Fit { map_size: [512, 2048], ..scene.fit() };
+        let Ok(map) = fit.solve(Rule::Explicit(warp)) else { continue };
+        let (space, eye, lamp) = (map.light_space(), scene.view.eye(), spot(&scene.light));
+        let base = |p: DVec3| lamp.direction().dot(p - lamp.position());
+        let across = |p: DVec3| space.x.dot(p - lamp.position()) / base(p);
+        let points: Vec<_> = lit(&scene, map.origin()).into_iter().map(|q| q + map.origin()).collect();
+        let [low, high] = extent(points.iter().map(|p| across(*p)));
+        let distance = eye.distance(lamp.position());
+        // The picture of the line of sight is one place across the warp, known well where the eye is not beside the lamp.
+        if base(eye).abs() < 0.1 * distance || space.sin_gamma < 1e-3 || high - low < 1e-3 {
+            continue;
+        }
+        let p = points[random.below(points.len())];
+        let p = p + space.x * ((across(eye).clamp(low, high) - across(p)) * base(p));
+        let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
+        let (w, q) = (matrix.row(3), (p - map.origin()).extend(1.0));
+        let derivative = |row: usize, axis: DVec3| {
+            let row = matrix.row(row);
+            (row.truncate().dot(axis) * w.dot(q) - row.dot(q) * w.truncate().dot(axis)) / (w.dot(q) * w.dot(q))
+        };
+        let expected = [2.0 / (512.0 * derivative(0, space.x)), 2.0 / (2048.0 * derivative(1, space.z))].map(f64::abs);
+        let slack = 1e3 * rounding(&scene, &map, p - map.origin());
+        for (a, b) in map.texel_extent(p).into_iter().zip(expected) {
+            worst.note((a / b - 1.0).abs(), 1e-12 + slack, (case, a, b));
+        }
+        seen += usize::from(slack < 1e-6);
+    }
+    assert!(seen > 200, "{seen}");
 }

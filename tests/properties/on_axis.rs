@@ -1,6 +1,6 @@
 //! The least error at the two ends of the line of sight, the view's middle, and chosen depths.
 
-use crate::scenes::lamps::{lamp, lit};
+use crate::scenes::lamps::{lamp, lit, rounding};
 use crate::scenes::random::Random;
 use crate::scenes::{LIGHT_SPACE_RULES, Scene, box_about, extent, moderate, ndc};
 use crate::{CASES, Worst};
@@ -238,4 +238,49 @@ fn line_of_sight_of_a_camera_off_its_centre() {
             }
         }
     }
+}
+
+/// The warp's centre across it is the eye's place, so that the line of sight, or that through the view's middle, runs straight
+/// up the map, unless the receivers are all beside it.
+#[test]
+fn line_of_sight_runs_straight_up_the_map() {
+    let mut worst = Worst::new("line of sight on the map");
+    let mut random = Random::new(49);
+    let mut seen = [0; 4];
+    for case in 0..CASES {
+        for kind in 0..4 {
+            let mut scene = if kind < 2 { moderate(case).0 } else { lamp(case).0 };
+            scene.axes = [Axes::View, Axes::Middle][kind % 2];
+            let warp = Warp::new(random.log_between(0.1, 100.0)).unwrap();
+            let Ok(map) = scene.fit().solve(Rule::Explicit(warp)) else { continue };
+            let (space, eye, light) = (map.light_space(), scene.view.eye(), scene.light.homogeneous());
+            let base = |p: DVec3| if light.w == 0.0 { 1.0 } else { space.y.dot(light.truncate() - p) };
+            let across = |p: DVec3| space.x.dot(p - light.truncate() * light.w) / base(p);
+            let points = lit(&scene, DVec3::ZERO);
+            let [low, high] = extent(points.iter().map(|p| across(*p)));
+            let ahead = if kind % 2 == 0 {
+                scene.view.forward()
+            } else {
+                scene.receivers(eye).into_iter().sum::<DVec3>().normalize()
+            };
+            let length = extent(points.iter().map(|p| p.distance(eye)))[1];
+            let line = [0.1, 0.5, 0.9].map(|s| eye + ahead * (length * s));
+            let line: Vec<_> = line.into_iter().filter(|p| base(*p) > 0.01 * length && map.w(*p) > 0.0).collect();
+            let is_wide = high - low > 1e-3 * across(eye).abs().max(length / base(points[0]).max(length));
+            if line.len() < 2 || space.sin_gamma < 1e-3 || !is_wide {
+                continue;
+            }
+            let places: Vec<_> = line.iter().map(|p| ndc(&map, *p - map.origin()).x).collect();
+            let at = across(line[0]);
+            if at < low || at > high {
+                continue;
+            }
+            seen[kind] += 1;
+            let slack = extent(line.iter().map(|p| rounding(&scene, &map, *p - map.origin())))[1];
+            let [left, right] = extent(places);
+            worst.note(right - left, 1e-11 + 100.0 * slack, (case, kind, left, right));
+        }
+    }
+    println!("{seen:?}");
+    assert!(seen.iter().all(|n| *n > 50), "{seen:?}");
 }

@@ -193,6 +193,11 @@ fn axes_follow_the_picture_of_the_line_of_sight() {
         let (view, lamp) = (&scene.view, spot(&scene.light));
         let space = LightSpace::new(view, &scene.light).unwrap();
         assert_eq!(space.y, -lamp.direction());
+        assert!(
+            (space.y.cross(space.x) - space.z).length() < 3.3e-15 && space.x.dot(space.y).abs() < 3.3e-15,
+            "{case}"
+        );
+        assert!((space.x.length() - 1.0).abs() < 3.3e-15, "{case}");
         let to_lamp = lamp.position() - view.eye();
         // The sine of the angle between the line and the way to the lamp, by what rounds.
         if space.sin_gamma < 1e-6 {
