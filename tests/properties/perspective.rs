@@ -255,7 +255,7 @@ fn texels_are_as_large_as_the_matrix_says() {
         let light = map.light_space();
         let fit = Fit { map_size: [512, 2048], ..scene.fit() };
         let Ok(map) = fit.solve(Rule::PSM) else { return };
-        if !scene.light.as_directional().is_ok() || map.warp().ratio() > 1e4 || !is_solid(scene) {
+        if scene.light.as_directional().is_err() || map.warp().ratio() > 1e4 || !is_solid(scene) {
             return;
         }
         let [across, height, along] = sizes(receivers, &map);
