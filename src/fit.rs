@@ -61,7 +61,7 @@ pub struct Fit<'a> {
     /// hint, for what is close by but does not matter; or a far distance from visibility, up to which anything is seen at
     /// all (Wimmer and Scherzer 2005, Sec. 4.4). Only the strength of the warp depends on it, by any rule of the family: the map
     /// covers what it did. For LiSPSM's rules these are the near and the far distance, and the extent is that of
-    /// the part between. By default none.
+    /// the part between. Ignored where nothing that is seen lies between them. By default none.
     pub warp_depths: Option<[f64; 2]>,
 }
 

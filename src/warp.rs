@@ -123,7 +123,9 @@ pub enum Rule {
     /// is no angle between light and view, all of them are [`Rule::OnAxis`], which they agree with where light and view are
     /// perpendicular.
     LightSpace(LightSpaceRule),
-    /// The least error at the two ends of the line of sight, exactly: LiSPSM's aim, at any angle and for any light.
+    /// The least error at the two ends of the line of sight, exactly: LiSPSM's aim, at any angle and for any light. It looks at
+    /// nothing else: where the line of sight is not in the middle of what is seen, it does not fade out as light and view
+    /// become parallel, and can be worse than no warp.
     OnAxis,
     /// Trapezoidal shadow map.
     Trapezoidal(TrapezoidalRule),

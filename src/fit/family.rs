@@ -54,7 +54,12 @@ impl<const SPOT: bool> Prepared<SPOT> {
     /// The greatest excess that `f64` can carry.
     fn most(&self, frame: &Frame) -> f64 {
         let d = self.along.size();
-        let casters = if SPOT { 0.0 } else { frame.fit.caster_reach(frame.origin) };
+        if let Some(spot) = frame.spot {
+            // The casters of a spot light come as close to it as its near plane.
+            let nearest = min(spot.near(), self.measures.base.low);
+            return d * MOST_STEEP / max(self.distance * (self.measures.base.low / nearest), d);
+        }
+        let casters = frame.fit.caster_reach(frame.origin);
         d * min(MOST_STEEP / max(self.distance, d), MOST_STEEP_DEPTH / max(casters, d))
     }
 
@@ -162,7 +167,7 @@ pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowM
         }
     }
     let depths = if SPOT {
-        let depths = frame.with_spot_casters(depths, [x, y], above_middle, w);
+        let depths = frame.with_spot_casters(depths, &measures, [x, y], above_middle, w);
         depths.at_least(LEAST_ASPECT * measures.height.high / warp.ratio())
     } else {
         depths.at_least(floor)

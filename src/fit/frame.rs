@@ -211,7 +211,7 @@ impl<'a> Frame<'a> {
     pub(super) fn chosen_depths(&self, measures: &Measures) -> Option<Extent> {
         let wanted = self.fit.warp_depths?;
         let [low, high] = wanted.map(|depth| measures.depth.clamp(depth));
-        Some(Extent { low, high })
+        (low < high).then_some(Extent { low, high })
     }
 
     /// What the rules look at, for a body that begins at `along.low`.
@@ -299,13 +299,27 @@ impl<'a> Frame<'a> {
     }
 
     /// The depths, out to the casters of a spot light that its finished sides show.
-    pub(super) fn with_spot_casters(&self, mut depths: Extent, sides: [DVec4; 2], height: DVec4, w: DVec4) -> Extent {
-        if let Some(spot) = self.spot.filter(|_| self.fit.near_depth == NearDepth::Casters) {
+    pub(super) fn with_spot_casters(
+        &self,
+        mut depths: Extent,
+        measures: &Measures,
+        sides: [DVec4; 2],
+        height: DVec4,
+        w: DVec4,
+    ) -> Extent {
+        let Some(spot) = self.spot.filter(|_| self.fit.near_depth == NearDepth::Casters) else { return depths };
+        // No more of the box than there is from the light to the receivers, so that one without measure leaves the numbers
+        // their digits.
+        let reach = measures.base.high * (1.0 + measures.across.reach().abs() + measures.along.reach().abs());
+        let low = self.fit.casters.min().max(spot.position() - reach);
+        let high = self.fit.casters.max().min(spot.position() + reach);
+        if let Ok(casters) = Bounds::new(low, high) {
             let near = self.base - DVec4::W * spot.near();
             let [x, y] = sides;
-            let shown = shown(self.fit.casters, self.origin, &[near, w - x, w + x, w - y, w + y]);
-            for vertex in shown.vertices() {
-                depths.high = max(at(height, *vertex) / at(w, *vertex), depths.high);
+            for vertex in shown(&casters, self.origin, &[near, w - x, w + x, w - y, w + y]).vertices() {
+                // By rounding a corner may lie on the plane through the light where `w` is 0.
+                let w = at(w, *vertex);
+                depths.high = if w > 0.0 { max(at(height, *vertex) / w, depths.high) } else { depths.high };
             }
         }
         depths

@@ -121,7 +121,7 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
     let x = fitted(u, u_extent, w) * across;
     let y = fitted(v, v_extent, w) * up;
 
-    let depths = if SPOT { frame.with_spot_casters(depths, [x, y], height, w) } else { depths };
+    let depths = if SPOT { frame.with_spot_casters(depths, measures, [x, y], height, w) } else { depths };
     // A body that is flat towards the light is fitted as by the family.
     let Measures { across, along, height: towards, .. } = measures;
     let of = |measure: fn(Extent) -> f64| max(measure(*across), max(measure(*along), measure(*towards)));

@@ -44,7 +44,8 @@ pub struct PerspectiveRule {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Aim {
     /// At the point of the camera's cube that is closest to it: what is seen lies in front of the light then, whatever its
-    /// direction. With the light in the picture that is straight along the view, and the map is a uniform one.
+    /// direction. With the light in the picture that is straight along the view, and the map is a uniform one; just beside
+    /// the picture the warp is at its strongest, with a ratio of up to some `(f/n)^1.5`, and refused above 1e8.
     #[default]
     Closest,
     /// At the middle of the cube, as in the paper. Refused where a part of what is seen then lies behind the light: mostly
@@ -158,6 +159,6 @@ fn any_perpendicular(d: DVec3) -> DVec3 {
 
 /// Where no aim has all that is seen before the light.
 pub(crate) const INSIDE: Error = Error::Unsupported {
-    requested: "a perspective shadow map whose light looks at what is seen from inside it, in the camera's space",
-    use_instead: "Rule::Perspective with Aim::Closest, or Rule::OPTIMAL for a light in the view volume",
+    requested: "a perspective shadow map whose light is too close to what is seen, or within it, in the camera's space",
+    use_instead: "Rule::OPTIMAL, or Aim::Closest in place of Aim::Centre",
 };
