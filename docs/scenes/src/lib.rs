@@ -8,5 +8,5 @@ mod technique;
 
 pub use gltf_scene::GltfScene;
 pub use model::Model;
-pub use scene::{Camera, Cuboid, Directional, Job, Lamp, Orthographic, Scene, Spot};
+pub use scene::{Camera, Cuboid, Directional, Job, Lamp, Orthographic, Point, Scene, Spot};
 pub use technique::{TECHNIQUES, Technique};

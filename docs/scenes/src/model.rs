@@ -7,7 +7,7 @@ use fastrand::Rng;
 use shadow_warp::glam::{DVec2, DVec3};
 
 use crate::gltf_scene::GltfScene;
-use crate::scene::{Camera, Cuboid, Lamp, Scene, Spot};
+use crate::scene::{Camera, Cuboid, Lamp, Point, Scene, Spot};
 use crate::solid::{Triangles, cuboid, floor, frustum, turned};
 
 /// A scene that can be drawn. Triangles run counter-clockwise as seen from outside.
@@ -125,9 +125,40 @@ impl Model {
         let view = camera([1.5, 3.2, -7.5], [-0.12, -0.42, 1.0], 45.0, 0.1, Some(30.0));
         let spot =
             Spot { position: [6.0, 7.0, -2.0], direction: [-6.0, -7.0, 2.5], outer_deg: 40.0, near: 1.0, range: 30.0 };
-        let light = Lamp { spot: Some(spot), directional: None };
+        let light = Lamp { spot: Some(spot), ..Lamp::default() };
         let scene = Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT };
         Self { name: "chessboard".to_owned(), scene, triangles }
+    }
+
+    /// Returns a hall of pillars around a lamp that shines all around, seen from a corner.
+    #[must_use]
+    pub fn hall() -> Self {
+        let bounds = Cuboid { min: [-10.0, -0.2, -10.0], max: [10.0, 5.2, 10.0] };
+        // Floor, ceiling and walls.
+        let sides = [
+            ([-10.0, -0.2, -10.0], [10.0, 0.0, 10.0]),
+            ([-10.0, 5.0, -10.0], [10.0, 5.2, 10.0]),
+            ([-10.0, 0.0, -10.0], [-9.8, 5.0, 10.0]),
+            ([9.8, 0.0, -10.0], [10.0, 5.0, 10.0]),
+            ([-9.8, 0.0, -10.0], [9.8, 5.0, -9.8]),
+            ([-9.8, 0.0, 9.8], [9.8, 5.0, 10.0]),
+        ];
+        let mut triangles: Triangles =
+            sides.into_iter().flat_map(|(low, high)| cuboid(low.into(), high.into())).collect();
+        for i in 0..16_u32 {
+            let place = DVec2::from_angle(f64::from(i) * 0.7) * (3.0 + 0.3 * f64::from(i));
+            let height = 1.2 + 0.2 * f64::from(i * 5 % 16);
+            let rings = [(0.5, 0.0), (0.35, 0.2), (0.3, height), (0.5, height + 0.2), (0.4, height + 0.3)];
+            triangles.extend(turned(DVec3::new(place.x, 0.0, place.y), 8, &rings));
+        }
+        // Something on either side of the lamp, above and below.
+        triangles.extend(cuboid(DVec3::new(-0.4, 4.2, -1.0), DVec3::new(1.0, 4.4, 0.9)));
+        triangles.extend(cuboid(DVec3::new(-0.2, 0.0, -0.9), DVec3::new(1.1, 0.6, 0.4)));
+        let view = camera([-9.2, 2.6, -8.9], [1.0, -0.06, 0.95], 80.0, 0.1, Some(40.0));
+        let lamp = Point { position: [0.4, 2.4, -0.3], near: 0.2, range: 30.0 };
+        let light = Lamp { point: Some(lamp), ..Lamp::default() };
+        let scene = Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT };
+        Self { name: "hall".to_owned(), scene, triangles }
     }
 
     /// Returns a glTF file's scene, and what was made up in it.
@@ -158,6 +189,9 @@ impl Model {
         scene.view.eye = moved(scene.view.eye);
         if let Some(spot) = &mut scene.light.spot {
             spot.position = moved(spot.position);
+        }
+        if let Some(point) = &mut scene.light.point {
+            point.position = moved(point.position);
         }
         self.triangles = self.triangles.iter().map(|corners| corners.map(|p| p + by)).collect::<Triangles>();
         self

@@ -3,7 +3,7 @@
 use anyhow::{Result, anyhow, bail, ensure};
 use serde::{Deserialize, Serialize};
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Body, Bounds, Error, Fit, Light, Sides, View};
+use shadow_warp::{Body, Bounds, ConvexBody, Error, Fit, Light, Sides, View};
 
 /// A camera, a light, bounds and sizes: the input file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -68,9 +68,12 @@ pub struct Lamp {
     /// Infinitely far away.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub directional: Option<Directional>,
-    /// A cone of light. No technique takes it yet.
+    /// A cone of light.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spot: Option<Spot>,
+    /// In a place, all around.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub point: Option<Point>,
 }
 
 /// A light at infinity.
@@ -81,7 +84,7 @@ pub struct Directional {
     pub to_light: [f64; 3],
 }
 
-/// A light in a place.
+/// A light in a place that shines into a cone.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
 pub struct Spot {
@@ -91,6 +94,18 @@ pub struct Spot {
     pub direction: [f64; 3],
     /// From the axis to the edge of the cone, in degrees.
     pub outer_deg: f64,
+    /// Nothing nearer casts shadows.
+    pub near: f64,
+    /// Nothing further away is lit.
+    pub range: f64,
+}
+
+/// A light in a place that shines all around. Each of its six faces has a map.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+pub struct Point {
+    /// Where it stands.
+    pub position: [f64; 3],
     /// Nothing nearer casts shadows.
     pub near: f64,
     /// Nothing further away is lit.
@@ -108,11 +123,14 @@ pub struct Cuboid {
 }
 
 /// A scene in the library's types, each of which has checked its part.
+#[derive(Clone, Copy)]
 pub struct Job {
     /// The camera.
     pub view: View,
     /// The light.
     pub light: Light,
+    /// Which face of a point light the light is, if it is one.
+    pub face: Option<&'static str>,
     /// Bounds of all that casts shadows.
     pub casters: Bounds,
     /// Bounds of all that shadows are to be seen on.
@@ -159,6 +177,7 @@ impl Scene {
         Ok(Job {
             view: self.view.validated()?,
             light: self.light.validated()?,
+            face: None,
             casters: self.casters.validated("casters")?,
             receivers: self.receivers.validated("receivers")?,
             map: self.map,
@@ -167,7 +186,36 @@ impl Scene {
     }
 }
 
+/// The faces of a point light, in the library's order.
+const FACES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
+
 impl Job {
+    /// Returns the jobs that have one map each: the faces of a point light, or else the job itself.
+    #[must_use]
+    pub fn parts(&self) -> Vec<Self> {
+        match &self.light {
+            Light::Point(point) => {
+                let faces = FACES.iter().zip(point.faces());
+                faces.map(|(face, light)| Self { light, face: Some(face), ..*self }).collect()
+            }
+            _ => vec![*self],
+        }
+    }
+
+    /// Returns whether a point in world space lies in what the light shines into.
+    #[must_use]
+    pub fn shines_on(&self, point: DVec3) -> bool {
+        let Light::Spot(spot) = &self.light else { return true };
+        let from_light = point - spot.position();
+        let along = spot.direction().dot(from_light);
+        let is_between = if self.face.is_some() {
+            along >= from_light.abs().max_element()
+        } else {
+            (from_light - spot.direction() * along).length() <= along * spot.outer_angle().tan()
+        };
+        is_between && spot.near() <= along && along <= spot.range()
+    }
+
     /// Returns what of the receivers' box the camera sees.
     #[must_use]
     pub fn seen(&self) -> Body {
@@ -183,7 +231,7 @@ impl Job {
 
     /// Returns how deep in the view a point lies that is given relative to a body's origin.
     #[must_use]
-    pub fn depth(&self, body: &Body, q: DVec3) -> f64 {
+    pub fn depth<const V: usize, const F: usize>(&self, body: &ConvexBody<V, F>, q: DVec3) -> f64 {
         self.view.forward().dot(q + (body.origin() - self.view.eye()))
     }
 }
@@ -217,20 +265,23 @@ impl Lamp {
     /// Returns a light at infinity.
     #[must_use]
     pub fn directional(to_light: [f64; 3]) -> Self {
-        Self { directional: Some(Directional { to_light }), spot: None }
+        Self { directional: Some(Directional { to_light }), ..Self::default() }
     }
 
     fn validated(&self) -> Result<Light> {
-        match (self.directional, self.spot) {
-            (Some(light), None) => {
+        match (self.directional, self.spot, self.point) {
+            (Some(light), None, None) => {
                 Light::directional(light.to_light.into()).map_err(|error| field("light.directional", error))
             }
-            (None, Some(Spot { position, direction, outer_deg, near, range })) => {
+            (None, Some(Spot { position, direction, outer_deg, near, range }), None) => {
                 ensure!(outer_deg > 0.0 && outer_deg < 90.0, "light.spot.outer_deg must be between 0 and 90 degrees");
                 Light::spot(position.into(), direction.into(), outer_deg.to_radians(), near, range)
                     .map_err(|error| field("light.spot", error))
             }
-            _ => bail!("light must have one of directional and spot"),
+            (None, None, Some(Point { position, near, range })) => {
+                Light::point(position.into(), near, range).map_err(|error| field("light.point", error))
+            }
+            _ => bail!("light must have one of directional, spot and point"),
         }
     }
 }

@@ -1,6 +1,9 @@
 //! The techniques, in one table.
 
-use shadow_warp::{Axes, Error, Fit, LightSpaceRule, Rule, ShadowMap};
+use shadow_warp::glam::DVec3;
+use shadow_warp::{Axes, Error, Fit, LightSpaceRule, Plane, Rule};
+
+use crate::scene::Job;
 
 /// A way to make a shadow map.
 pub struct Technique {
@@ -8,8 +11,8 @@ pub struct Technique {
     pub name: &'static str,
     /// What it is, in a sentence.
     pub what: &'static str,
-    /// What chooses the warp.
-    pub rule: Rule,
+    /// What chooses the warp, for a scene.
+    pub rule: fn(&Job) -> Result<Rule, Error>,
     /// Which directions the texture's axes follow.
     pub axes: Axes,
 }
@@ -19,54 +22,102 @@ pub const TECHNIQUES: &[Technique] = &[
     Technique {
         name: "uniform",
         what: "No warp: the plain map, focused on what is seen.",
-        rule: Rule::Uniform,
+        rule: |_| Ok(Rule::Uniform),
         axes: Axes::View,
     },
     Technique {
         name: "lispsm",
         what: "Light-space perspective shadow map, the form of its authors' sample code: the default.",
-        rule: Rule::LISPSM,
+        rule: |_| Ok(Rule::LISPSM),
         axes: Axes::View,
     },
-    Technique::light_space(
-        "lispsm-extent",
-        "The paper's rule with its refinement: far is near plus the body's extent along the warp.",
-        LightSpaceRule::Extent,
-    ),
-    Technique::light_space(
-        "lispsm-view-depth",
-        "The paper's rule without its refinement: near and far are the body's depths in the view.",
-        LightSpaceRule::ViewDepth,
-    ),
-    Technique::light_space(
-        "lispsm-depth",
-        "The rule of Wimmer and Scherzer (2005), taken literally.",
-        LightSpaceRule::Depth,
-    ),
+    Technique {
+        name: "lispsm-extent",
+        what: "The paper's rule with its refinement: far is near plus the body's extent along the warp.",
+        rule: |_| Ok(Rule::LightSpace(LightSpaceRule::Extent)),
+        axes: Axes::View,
+    },
+    Technique {
+        name: "lispsm-view-depth",
+        what: "The paper's rule without its refinement: near and far are the body's depths in the view.",
+        rule: |_| Ok(Rule::LightSpace(LightSpaceRule::ViewDepth)),
+        axes: Axes::View,
+    },
+    Technique {
+        name: "lispsm-depth",
+        what: "The rule of Wimmer and Scherzer (2005), taken literally.",
+        rule: |_| Ok(Rule::LightSpace(LightSpaceRule::Depth)),
+        axes: Axes::View,
+    },
     Technique {
         name: "lispsm-fixed-axes",
         what: "The default rule on a texel grid that does not turn with the camera.",
-        rule: Rule::LISPSM,
+        rule: |_| Ok(Rule::LISPSM),
         axes: Axes::LightFixed,
+    },
+    Technique {
+        name: "lispsm-on-axis",
+        what: "LiSPSM's aim taken exactly: the least error at the two ends of the line of sight, for any angle and any light.",
+        rule: |_| Ok(Rule::OnAxis),
+        axes: Axes::View,
+    },
+    Technique {
+        name: "lispsm-middle",
+        what: "The default rule, with the warp along the middle of what is seen in place of the line of sight.",
+        rule: |_| Ok(Rule::LISPSM),
+        axes: Axes::Middle,
+    },
+    Technique {
+        name: "tsm",
+        what: "Trapezoidal shadow map: the first fifth of the depth gets four fifths of the map, fading out towards parallel \
+               light and view.",
+        rule: |_| Ok(Rule::TSM),
+        axes: Axes::View,
+    },
+    Technique {
+        name: "psm",
+        what: "Perspective shadow map: the light's view of the camera's post-perspective space, without moving the camera back.",
+        rule: |_| Ok(Rule::PSM),
+        axes: Axes::View,
+    },
+    Technique {
+        name: "plane",
+        what: "As many pixels per texel all over one plane. The plane is a face of the receivers' box: the lowest one along the \
+               world axis that the camera's up axis is most along.",
+        rule: lowest_face,
+        axes: Axes::View,
+    },
+    Technique {
+        name: "optimal",
+        what: "The exact best warp: the one whose worst texel is least.",
+        rule: |_| Ok(Rule::OPTIMAL),
+        axes: Axes::View,
     },
 ];
 
+fn lowest_face(job: &Job) -> Result<Rule, Error> {
+    let up = job.view.up();
+    let size = up.abs();
+    let axis = match size.to_array().map(|s| s >= size.max_element()) {
+        [_, true, _] => DVec3::Y,
+        [true, ..] => DVec3::X,
+        _ => DVec3::Z,
+    };
+    let (upward, receivers) = (axis * axis.dot(up).signum(), &job.receivers);
+    let lowest = if upward.element_sum() > 0.0 { receivers.min() } else { receivers.max() };
+    Ok(Rule::Plane(Plane::new(upward, lowest)?))
+}
+
 impl Technique {
-    const fn light_space(name: &'static str, what: &'static str, rule: LightSpaceRule) -> Self {
-        Self { name, what, rule: Rule::LightSpace(rule), axes: Axes::View }
+    /// Returns the technique of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<&'static Self> {
+        TECHNIQUES.iter().find(|technique| technique.name == name)
     }
 
     /// Returns the job as this technique fits it.
     #[must_use]
     pub fn fit<'a>(&self, fit: Fit<'a>) -> Fit<'a> {
         Fit { axes: self.axes, ..fit }
-    }
-
-    /// Returns the technique's map.
-    ///
-    /// # Errors
-    /// As [`Fit::solve`].
-    pub fn solve(&self, fit: Fit) -> Result<ShadowMap, Error> {
-        self.fit(fit).solve(self.rule)
     }
 }

@@ -27,6 +27,12 @@ pub const ANGLES: [f64; 6] = [90.0, 60.0, 30.0, 10.0, 1.0, 0.0];
 /// The sizes of map with which every technique is checked, in texels.
 pub const SIZES: [u32; 3] = [256, 1024, 4096];
 
+/// Returns the scenes beside the ground: two under the sun, one under a spot light, one around a point light.
+#[must_use]
+pub fn other_scenes() -> Vec<Model> {
+    vec![Model::town(), Model::avenue(), Model::chessboard(), Model::hall()]
+}
+
 /// Returns the ground under a light at an angle to the view: at 0 degrees it shines where the camera looks.
 ///
 /// # Errors

@@ -7,14 +7,14 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 use clap::Parser;
 use conformance::check::{
-    ANGLES, Containment, Origin, SIZES, SPACES, Shadows, changes, containment, conventions, far_away, ground_at, place,
-    shadows,
+    ANGLES, Containment, Origin, SIZES, SPACES, Shadows, changes, containment, conventions, far_away, ground_at,
+    other_scenes, place, shadows,
 };
 use conformance::gpu::Gpu;
 use conformance::pictures::{Image, Pictures, pictures};
 use conformance::raster::Agreement;
 use conformance::stage::Stage;
-use scenes::{Model, TECHNIQUES};
+use scenes::{Model, TECHNIQUES, Technique};
 use shadow_warp::glam::DVec3;
 use shadow_warp::{Rule, Warp};
 
@@ -51,16 +51,16 @@ fn main() -> ExitCode {
 /// Whether every check passes.
 fn run(cli: &Cli) -> Result<bool> {
     let gpus = Gpu::all()?;
-    let chessboard = Model::chessboard().under_sun(DVec3::new(6.0, 7.0, -2.0));
-    let mut models = vec![Model::town(), Model::avenue(), chessboard];
+    let mut models = other_scenes();
     for path in &cli.scenes {
         models.push(Model::from_gltf(path).with_context(|| path.display().to_string())?.0);
     }
     let gpu = Gpu::open()?;
-    for model in [vec![Model::ground()], models.clone()].concat() {
+    for model in [Model::ground()].iter().chain(&models) {
         draw(&gpu, model, &cli.pictures)?;
     }
-    let others = models.into_iter().map(Stage::new).collect::<Result<Vec<Stage>>>()?;
+    let others = models.iter().map(Stage::all).collect::<Result<Vec<Vec<Stage>>>>()?;
+    let others: Vec<Stage> = others.into_iter().flatten().collect();
     let mut out = std::io::stdout().lock();
     writeln!(out, "{INTRODUCTION}")?;
     let mut passes = true;
@@ -74,15 +74,25 @@ fn run(cli: &Cli) -> Result<bool> {
     Ok(passes)
 }
 
-/// One picture of a scene with every technique.
-fn draw(gpu: &Gpu, model: Model, folder: &Path) -> Result<()> {
+/// One picture of a scene with every technique that has a map; of a point light, one for each face.
+fn draw(gpu: &Gpu, model: &Model, folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let stage = Stage::with_picture(model, [384, 384])?;
-    let drawn =
-        TECHNIQUES.iter().map(|technique| pictures(gpu, &stage, technique)).collect::<Result<Vec<Pictures>>>()?;
-    let rows: Vec<_> = drawn.iter().map(|Pictures { shaded, depth, heat }| [shaded, depth, heat]).collect();
-    let path = folder.join(format!("{}.png", stage.model.name));
-    std::fs::write(&path, Image::sheet(&rows).png()?).with_context(|| path.display().to_string())
+    for stage in Stage::with_picture(model, [384, 384])? {
+        let drawn = running(&stage).map(|technique| pictures(gpu, &stage, technique)).collect::<Result<Vec<_>>>()?;
+        let rows: Vec<_> = drawn.iter().map(|Pictures { shaded, depth, heat }| [shaded, depth, heat]).collect();
+        let path = folder.join(format!("{}.png", stage.name.replace(' ', "")));
+        std::fs::write(&path, Image::sheet(&rows).png()?).with_context(|| path.display().to_string())?;
+    }
+    Ok(())
+}
+
+/// The techniques that have a map for a stage. The others are in the table of [`refusals`].
+fn running(stage: &Stage) -> impl Iterator<Item = &'static Technique> {
+    TECHNIQUES.iter().filter(|technique| runs(stage, technique))
+}
+
+fn runs(stage: &Stage, technique: &Technique) -> bool {
+    stage.refusal(technique, 256).is_none()
 }
 
 /// A table in Markdown, and whatever is not as it must be.
@@ -111,6 +121,7 @@ impl Table {
 fn report(gpu: &Gpu, others: &[Stage]) -> Result<(String, String)> {
     let grounds = ANGLES.iter().map(|&angle| Ok((angle, ground_at(angle)?))).collect::<Result<Vec<(f64, Stage)>>>()?;
     let tables = [
+        refusals(&grounds, others)?,
         places(gpu, &grounds)?,
         strong_warps(gpu, &grounds[0].1)?,
         clipping(gpu, &grounds, others)?,
@@ -123,6 +134,30 @@ fn report(gpu: &Gpu, others: &[Stage]) -> Result<(String, String)> {
     Ok((tables.into_iter().map(|table| table.text).collect(), failures))
 }
 
+fn refusals(grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
+    let mut table = Table::new(
+        "Refused",
+        "Where a technique has no map, and why. All other pairs of technique and scene are in the tables below.",
+        &["technique", "scenes", "reason"],
+    );
+    for technique in TECHNIQUES {
+        // Scenes by reason.
+        let mut refused: Vec<(String, Vec<String>)> = Vec::new();
+        for (name, stage) in by_name(grounds, others) {
+            let Some(error) = stage.refusal(technique, 256) else { continue };
+            let reason = error.to_string();
+            match refused.iter_mut().find(|(other, _)| *other == reason) {
+                Some((_, names)) => names.push(name),
+                None => refused.push((reason, vec![name])),
+            }
+        }
+        for (reason, names) in refused {
+            table.row(&[technique.name.to_owned(), names.join(", "), reason]);
+        }
+    }
+    Ok(table)
+}
+
 fn places(gpu: &Gpu, grounds: &[(f64, Stage)]) -> Result<Table> {
     let mut table = Table::new(
         "Depth and place",
@@ -133,8 +168,8 @@ fn places(gpu: &Gpu, grounds: &[(f64, Stage)]) -> Result<Table> {
     for technique in TECHNIQUES {
         for size in SIZES {
             let mut sum = Agreement::default();
-            for (angle, stage) in grounds {
-                let (found, allowance) = place(gpu, stage, technique, technique.rule, size, Origin::Eye)?;
+            for (angle, stage) in grounds.iter().filter(|(_, stage)| runs(stage, technique)) {
+                let (found, allowance) = place(gpu, stage, technique, stage.rule(technique)?, size, Origin::Eye)?;
                 table.check(&format!("place, {}, {angle} degrees, {size}", technique.name), found.failures(&allowance));
                 sum = sum.and(found);
             }
@@ -170,7 +205,7 @@ fn strong_warps(gpu: &Gpu, stage: &Stage) -> Result<Table> {
 fn clipping(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
     let mut table = Table::new(
         "Containment",
-        "The ground at the six angles, the town, the avenue and the chessboard, maps of 256 texels. *Clipped*: corners of the \
+        "The ground at the six angles and the other scenes, maps of 256 texels. *Clipped*: corners of the \
          receivers' body outside of the map. *Slack*: how far the body is from touching the furthest of the four sides. *Wrong*: of \
          the texels whose light reaches the body, those that do not hold the caster nearest to the light; with depths from casters \
          to receivers, and with those of receivers alone and depth clamp.",
@@ -178,9 +213,9 @@ fn clipping(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Tab
     );
     for technique in TECHNIQUES {
         let mut sum = Containment::default();
-        for stage in grounds.iter().map(|(_, stage)| stage).chain(others) {
+        for (name, stage) in by_name(grounds, others).filter(|(_, stage)| runs(stage, technique)) {
             let found = containment(gpu, stage, technique, 256)?;
-            table.check(&format!("containment, {}, {}", technique.name, stage.model.name), found.failures());
+            table.check(&format!("containment, {}, {name}", technique.name), found.failures());
             sum.clipped += found.clipped;
             sum.in_border += found.in_border;
             sum.slack = sum.slack.max(found.slack);
@@ -198,32 +233,34 @@ fn clipping(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Tab
 }
 
 fn wrong_pixels(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<Table> {
-    let scenes = scenes_by_name(grounds, others);
-    let names: Vec<&str> = scenes.iter().map(|(name, _)| name.as_str()).collect();
+    let mut names: Vec<String> = by_name(grounds, others).map(|(name, stage)| scene(&name, stage)).collect();
+    names.dedup();
+    let columns: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut table = Table::new(
         "Shadows",
         "Pixels of a picture of 224 x 224 that are wrong, of ten thousand, through a map of 1024 texels: the ground by the angle \
          between light and view, and the other scenes. Then the same pixels by reason, all scenes and maps together (the ground also \
          with 256 and 4096 texels): a shadow's edge within the texel, something in contact that the bias hides, a surface that \
          shadows itself; and pixels that are not as predicted.",
-        &[&["technique"], names.as_slice(), &["edge", "contact", "self", "unexplained", "compared"]].concat(),
+        &[&["technique"], columns.as_slice(), &["edge", "contact", "self", "unexplained", "compared"]].concat(),
     );
     for technique in TECHNIQUES {
         let (mut row, mut sum) = (vec![technique.name.to_owned()], Shadows::default());
-        for (name, stage) in &scenes {
-            let sizes = if stage.model.name == "ground" { &SIZES[..] } else { &[1024] };
-            for &size in sizes {
-                let found = shadows(gpu, stage, technique, size)?;
-                table.check(&format!("shadows, {}, {name}, {size}", technique.name), found.failures());
-                if size == 1024 {
-                    row.push(format!("{:.0}", 1e4 * found.wrong()));
+        for column in &names {
+            let mut at_1024 = Shadows::default();
+            let of_column = |(name, stage): &(String, &Stage)| scene(name, stage) == *column && runs(stage, technique);
+            for (name, stage) in by_name(grounds, others).filter(of_column) {
+                let sizes = if stage.model.name == "ground" { &SIZES[..] } else { &[1024] };
+                for &size in sizes {
+                    let found = shadows(gpu, stage, technique, size)?;
+                    table.check(&format!("shadows, {}, {name}, {size}", technique.name), found.failures());
+                    sum = sum.and(found);
+                    if size == 1024 {
+                        at_1024 = at_1024.and(found);
+                    }
                 }
-                sum.edge += found.edge;
-                sum.contact += found.contact;
-                sum.acne += found.acne;
-                sum.unexplained += found.unexplained;
-                sum.pixels += found.pixels;
             }
+            row.push(if at_1024.pixels > 0 { format!("{:.0}", 1e4 * at_1024.wrong()) } else { "refused".to_owned() });
         }
         row.extend([sum.edge, sum.contact, sum.acne, sum.unexplained, sum.pixels].map(|count| count.to_string()));
         table.row(&row);
@@ -243,9 +280,9 @@ fn derivatives(gpu: &Gpu, grounds: &[(f64, Stage)], others: &[Stage]) -> Result<
     for technique in TECHNIQUES {
         let worst = |stages: &mut dyn Iterator<Item = &Stage>, table: &mut Table| -> Result<(usize, [f64; 5])> {
             let (mut pairs, mut worst) = (0, [0.0; 5]);
-            for stage in stages {
+            for stage in stages.filter(|stage| runs(stage, technique)) {
                 let found = changes(gpu, stage, technique, 1024)?;
-                table.check(&format!("aliasing, {}, {}", technique.name, stage.model.name), found.failures());
+                table.check(&format!("aliasing, {}, {}", technique.name, stage.name), found.failures());
                 pairs += found.count();
                 let [median, most, all] = [0.5, 0.99, 1.0].map(|share| found.quantile(share));
                 let values = [median, most, all, found.texels, found.of_allowed];
@@ -271,7 +308,7 @@ fn interfaces(gpu: &Gpu, stage: &Stage) -> Result<Table> {
          rasteriser's grid, and belong to another face when rows run the other way.",
         &["conventions", "texels", "coverage", "depth", "lit", "back faces", "no front face"],
     );
-    let technique = TECHNIQUES.iter().find(|technique| technique.name == "lispsm").context("LiSPSM is a technique")?;
+    let technique = Technique::named("lispsm").context("LiSPSM is a technique")?;
     for ((name, _), found) in SPACES.iter().zip(conventions(gpu, stage, technique, 256)?) {
         table.check(&format!("conventions, {name}"), found.failures());
         let [texels, coverage, depth, back, front] =
@@ -303,9 +340,15 @@ fn distances(gpu: &Gpu) -> Result<Table> {
     Ok(table)
 }
 
-fn scenes_by_name<'a>(grounds: &'a [(f64, Stage)], others: &'a [Stage]) -> Vec<(String, &'a Stage)> {
+/// All stages: the ground's by angle.
+fn by_name<'a>(grounds: &'a [(f64, Stage)], others: &'a [Stage]) -> impl Iterator<Item = (String, &'a Stage)> {
     let grounds = grounds.iter().map(|(angle, stage)| (format!("{angle}°"), stage));
-    grounds.chain(others.iter().map(|stage| (stage.model.name.clone(), stage))).collect()
+    grounds.chain(others.iter().map(|stage| (stage.name.clone(), stage)))
+}
+
+/// The name of a scene, which has the faces of a point light together.
+fn scene(name: &str, stage: &Stage) -> String {
+    if stage.job.face.is_some() { stage.model.name.clone() } else { name.to_owned() }
 }
 
 /// Two significant digits or more.

@@ -88,29 +88,33 @@ pub fn heat(pixels_per_texel: f64) -> [u8; 3] {
 pub fn pictures(gpu: &Gpu, stage: &Stage, technique: &Technique) -> Result<Pictures> {
     let fit = technique.fit(stage.job.fit(&stage.receivers));
     let eye = stage.job.view.eye();
-    let map = fit.guard_f32(&fit.solve(technique.rule)?, eye)?;
+    let map = fit.guard_f32(&fit.solve(stage.rule(technique)?)?, eye)?;
     let lookup = Lookup::new(gpu, stage, &fit, &map)?;
     let pixels = lookup.draw(gpu, ClipSpace::WGPU)?;
-    let to_light = stage.to_light()?;
-    let facing = |pixel: &Pixel| {
+    let (view, camera) = (&stage.job.view, stage.camera());
+    // The cosine at which light falls on what is seen; 0 where none does. Positions are relative to the eye.
+    let facing = |pixel: &Pixel, place: DVec2| {
         let facet = &stage.facets[pixel.triangle];
-        // The side that is seen counts. Positions are relative to the eye.
-        let view = &stage.job.view;
+        let point = stage.on(facet, place);
+        // The side that is seen counts.
         let away = if view.is_perspective() { facet.offset } else { facet.normal.dot(view.forward()) };
-        (-away.signum() * facet.normal.dot(to_light)).max(0.0)
+        let cosine = -away.signum() * facet.normal.dot(stage.to_light(point));
+        if stage.job.shines_on(point + eye) { cosine.max(0.0) } else { 0.0 }
     };
     let texels = DVec2::from(map.size().map(f64::from));
-    let coloured = |colour: &dyn Fn(&Pixel) -> [u8; 3]| {
-        let pixels = pixels.iter().map(|pixel| pixel.as_ref().map_or(SKY, colour)).collect();
-        Image { size: stage.camera().size, pixels }
+    let coloured = |colour: &dyn Fn(&Pixel, DVec2) -> [u8; 3]| {
+        let width = camera.size[0] as usize;
+        let place = |index: usize| DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
+        let colour = |(index, pixel): (usize, &Option<Pixel>)| pixel.as_ref().map_or(SKY, |pixel| colour(pixel, place(index)));
+        Image { size: camera.size, pixels: pixels.iter().enumerate().map(colour).collect() }
     };
-    let shaded = |pixel: &Pixel| {
-        let light = 0.35 + 0.65 * if pixel.lit { facing(pixel) } else { 0.0 };
+    let shaded = |pixel: &Pixel, place: DVec2| {
+        let light = 0.35 + 0.65 * if pixel.lit { facing(pixel, place) } else { 0.0 };
         let surface = DVec3::new(226.0, 216.0, 200.0) * light.sqrt();
         surface.to_array().map(|x| x as u8)
     };
-    let heated = |pixel: &Pixel| {
-        if facing(pixel) <= 0.0 {
+    let heated = |pixel: &Pixel, place: DVec2| {
+        if facing(pixel, place) <= 0.0 {
             return UNLIT;
         }
         let [across, down] = pixel.change.map(|change| DVec2::from(change.map(f64::from)) * texels);

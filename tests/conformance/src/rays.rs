@@ -1,5 +1,7 @@
 //! What a ray meets first: the truth that pictures are compared with, in `f64`.
 
+use std::ops::Range;
+
 use bvh::aabb::{Aabb, Bounded};
 use bvh::bounding_hierarchy::BHShape;
 use bvh::bvh::Bvh;
@@ -68,11 +70,12 @@ impl Rays {
         hits.min_by(|a, b| a.distance.total_cmp(&b.distance))
     }
 
-    /// Returns whether a ray meets anything after `least`, from either side.
+    /// Returns whether a ray meets anything between two distances, from either side.
     #[must_use]
-    pub fn is_blocked(&self, origin: DVec3, direction: DVec3, least: f64) -> bool {
-        let beyond = |shape: &Shape| meet(&shape.corners, origin, direction).is_some_and(|distance| distance > least);
-        self.candidates(origin, direction).any(beyond)
+    pub fn is_blocked(&self, origin: DVec3, direction: DVec3, between: Range<f64>) -> bool {
+        let is_between = |distance| between.start < distance && distance < between.end;
+        let blocks = |shape: &Shape| meet(&shape.corners, origin, direction).is_some_and(is_between);
+        self.candidates(origin, direction).any(blocks)
     }
 
     fn candidates(&self, origin: DVec3, direction: DVec3) -> impl Iterator<Item = &Shape> {

@@ -4,8 +4,8 @@ use std::sync::OnceLock;
 
 use anyhow::{Result, ensure};
 use scenes::{Job, Model, Technique};
-use shadow_warp::glam::{DVec2, DVec3};
-use shadow_warp::{Body, Bounds, Error, Fit, Rule, ShadowMap};
+use shadow_warp::glam::{DVec2, DVec3, DVec4};
+use shadow_warp::{Body, Bounds, Error, Fit, Light, LitBody, Rule, ShadowMap};
 
 use crate::camera::Camera;
 use crate::gpu::Gpu;
@@ -16,12 +16,14 @@ use crate::rays::Rays;
 /// The size of the pictures that are compared, in pixels.
 const PICTURE: [u32; 2] = [224, 224];
 
-/// A model in the crate's types, with what its camera sees. Planes, rays and points are relative to the eye; the model is in
+/// A model in the crate's types, under a light with one map, with what its camera sees. Planes, rays and points are relative to the eye; the model is in
 /// the world, and a body about its own origin.
 pub struct Stage {
+    /// The model's name, with that of the face of a point light.
+    pub name: String,
     /// The scene and its triangles.
     pub model: Model,
-    /// The scene in the crate's types.
+    /// The scene in the crate's types; its light is the one with the map.
     pub job: Job,
     /// What is seen of the receivers.
     pub receivers: [Body; 1],
@@ -49,21 +51,33 @@ pub struct Seen {
 const GRAZING: f64 = 0.01;
 
 impl Stage {
-    /// Prepares a model, with pictures of a size that is quickly compared.
+    /// Prepares a model, with pictures of a size that is quickly compared. A point light has no map.
     ///
     /// # Errors
     /// Where the crate refuses the scene.
     pub fn new(model: Model) -> Result<Self> {
-        Self::with_picture(model, PICTURE)
+        let job = Job { viewport: PICTURE, ..model.scene.validated()? };
+        Self::part(model, job)
     }
 
-    /// Prepares a model, with pictures of another size, in pixels.
+    /// Prepares a model for each of the maps that its light has: one, or six of a point light.
     ///
     /// # Errors
     /// Where the crate refuses the scene.
-    pub fn with_picture(model: Model, picture: [u32; 2]) -> Result<Self> {
-        let mut job = model.scene.validated()?;
-        job.viewport = picture;
+    pub fn all(model: &Model) -> Result<Vec<Self>> {
+        Self::with_picture(model, PICTURE)
+    }
+
+    /// The same, with pictures of another size, in pixels.
+    ///
+    /// # Errors
+    /// Where the crate refuses the scene.
+    pub fn with_picture(model: &Model, picture: [u32; 2]) -> Result<Vec<Self>> {
+        let job = Job { viewport: picture, ..model.scene.validated()? };
+        job.parts().into_iter().map(|job| Self::part(model.clone(), job)).collect()
+    }
+
+    fn part(model: Model, job: Job) -> Result<Self> {
         let count = model.triangles.len();
         // Their numbers are floats in the picture.
         ensure!(0 < count && count < 1 << 24, "the scene must have from one to {} triangles", (1 << 24) - 1);
@@ -71,7 +85,8 @@ impl Stage {
         let eye = job.view.eye();
         let facets = model.triangles.iter().map(|corners| Facet::of(corners.map(|p| p - eye))).collect();
         let receivers = [job.seen()];
-        Ok(Self { model, job, receivers, facets, rays: OnceLock::new(), truth: OnceLock::new() })
+        let name = job.face.map_or(model.name.clone(), |face| format!("{} {face}", model.name));
+        Ok(Self { name, model, job, receivers, facets, rays: OnceLock::new(), truth: OnceLock::new() })
     }
 
     /// Returns the camera with the size of its pictures.
@@ -87,12 +102,33 @@ impl Stage {
         Camera { view, size: self.job.viewport, depth: [near, a[1].max(b[1]).max(near) + 1.0] }
     }
 
-    /// Returns the unit vector towards the light.
-    ///
-    /// # Errors
-    /// If the light is none at infinity.
-    pub fn to_light(&self) -> Result<DVec3, Error> {
-        Ok(self.job.light.as_directional()?.to_light())
+    /// Returns the light as a homogeneous position relative to the eye.
+    #[must_use]
+    pub fn light(&self) -> DVec4 {
+        let light = self.job.light.homogeneous();
+        (light.truncate() - self.job.view.eye() * light.w).extend(light.w)
+    }
+
+    /// Returns the unit vector from a point towards the light.
+    #[must_use]
+    pub fn to_light(&self, point: DVec3) -> DVec3 {
+        let light = self.light();
+        (light.truncate() - point * light.w).normalize()
+    }
+
+    /// Returns how far along a ray away from the light casters begin: at the near distance of a light with a place.
+    #[must_use]
+    pub fn near(&self, direction: DVec3) -> f64 {
+        match &self.job.light {
+            Light::Spot(spot) => spot.near() / spot.direction().dot(direction),
+            _ => 0.0,
+        }
+    }
+
+    /// Returns how many of a count a check needs at least: a face of a point light has a part of the picture only.
+    #[must_use]
+    pub fn least(&self, count: usize) -> usize {
+        if self.job.face.is_some() { count / 20 } else { count }
     }
 
     /// Returns the scene's triangles, ready for rays.
@@ -110,12 +146,26 @@ impl Stage {
         gpu.mesh(&self.model.triangles, origin)
     }
 
+    /// Returns a technique's rule for this scene.
+    ///
+    /// # Errors
+    /// Where the scene has none.
+    pub fn rule(&self, technique: &Technique) -> Result<Rule, Error> {
+        (technique.rule)(&self.job)
+    }
+
+    /// Returns a technique's job for a map of `size` by `size` texels.
+    #[must_use]
+    pub fn fit(&self, technique: &Technique, size: u32) -> Fit<'_> {
+        technique.fit(Fit { map_size: [size; 2], ..self.job.fit(&self.receivers) })
+    }
+
     /// Returns a technique's job and its map of `size` by `size` texels.
     ///
     /// # Errors
     /// As [`Fit::solve`].
     pub fn solve(&self, technique: &Technique, size: u32) -> Result<(Fit<'_>, ShadowMap), Error> {
-        self.solve_rule(technique, technique.rule, size)
+        self.solve_rule(technique, self.rule(technique)?, size)
     }
 
     /// As [`Stage::solve`], with another rule on the technique's axes.
@@ -123,21 +173,33 @@ impl Stage {
     /// # Errors
     /// As [`Fit::solve`].
     pub fn solve_rule(&self, technique: &Technique, rule: Rule, size: u32) -> Result<(Fit<'_>, ShadowMap), Error> {
-        let fit = technique.fit(Fit { map_size: [size; 2], ..self.job.fit(&self.receivers) });
+        let fit = self.fit(technique, size);
         Ok((fit, fit.solve(rule)?))
     }
 
-    /// Returns what each pixel shows, row by row from the upper left; `None` where no receiver is seen.
+    /// Returns why a technique has no map for this stage, or none whose rounding to `f32` can be guarded against.
+    #[must_use]
+    pub fn refusal(&self, technique: &Technique, size: u32) -> Option<Error> {
+        let guarded = |(fit, map): (Fit, ShadowMap)| fit.guard_f32(&map, self.job.view.eye());
+        self.solve(technique, size).and_then(guarded).err()
+    }
+
+    /// Returns what the map is to show: the receivers, as far as they are in the light.
     ///
     /// # Errors
-    /// As [`Stage::to_light`].
-    pub fn truth(&self) -> Result<&[Option<Seen>], Error> {
-        let to_light = self.to_light()?;
-        Ok(self.truth.get_or_init(|| {
+    /// [`Error::NothingVisible`] if nothing is seen.
+    pub fn lit(fit: &Fit) -> Result<LitBody, Error> {
+        fit.lit_receivers().next().ok_or(Error::NothingVisible)
+    }
+
+    /// Returns what each pixel shows, row by row from the upper left; `None` where no receiver is seen in the light.
+    #[must_use]
+    pub fn truth(&self) -> &[Option<Seen>] {
+        self.truth.get_or_init(|| {
             let [width, height] = self.job.viewport;
             let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-            pixels.map(|(x, y)| self.seen(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5), to_light)).collect()
-        }))
+            pixels.map(|(x, y)| self.seen(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5))).collect()
+        })
     }
 
     /// Returns the point of a plane that is seen at a place in the picture.
@@ -147,7 +209,7 @@ impl Stage {
         origin + direction * facet.meet(origin, direction)
     }
 
-    fn seen(&self, pixel: DVec2, to_light: DVec3) -> Option<Seen> {
+    fn seen(&self, pixel: DVec2) -> Option<Seen> {
         let [origin, direction] = self.camera().ray(pixel);
         let view = &self.job.view;
         // Along the forward axis a ray advances by one unit of its direction.
@@ -156,13 +218,17 @@ impl Stage {
         let (low, high) = (self.job.receivers.min() - view.eye(), self.job.receivers.max() - view.eye());
         let rounding = 1e-12 * (1.0 + low.abs().max(high.abs()).max_element());
         let is_receiver = point.cmpge(low - rounding).all() && point.cmple(high + rounding).all();
-        if hit.distance > view.far() || !is_receiver {
+        if hit.distance > view.far() || !is_receiver || !self.job.shines_on(point + view.eye()) {
             return None;
         }
+        let to_light = self.to_light(point);
         // The side that is seen counts.
         let normal = self.facets[hit.triangle].normal;
         let facing = -normal.dot(direction).signum() * normal.dot(to_light);
-        let shadowed = || self.rays().is_blocked(point, to_light, 1e-9 * (1.0 + point.abs().max_element()));
+        let light = self.light();
+        // What there is of the ray, up to where casters begin.
+        let end = if light.w > 0.0 { (light.truncate() - point).length() - self.near(-to_light) } else { f64::INFINITY };
+        let shadowed = || self.rays().is_blocked(point, to_light, 1e-9 * (1.0 + point.abs().max_element())..end);
         Some(Seen { triangle: hit.triangle, pixel, point, shadowed: (facing > GRAZING).then(shadowed) })
     }
 }

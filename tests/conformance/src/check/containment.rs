@@ -57,14 +57,14 @@ const COMPARED: u32 = 256;
 /// The border of the map, in texels.
 const BORDER: f64 = 2.0;
 
-/// Draws the receivers' body and the scene into a technique's map.
+/// Draws the receivers' body, as far as it is lit, and the scene into a technique's map.
 ///
 /// # Errors
 /// If there is no map, or the device refuses.
 pub fn containment(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -> Result<Containment> {
     let (fit, map) = stage.solve(technique, size)?;
     let eye = stage.job.view.eye();
-    let body = &stage.receivers[0];
+    let body = Stage::lit(&fit)?;
     let faces: Vec<[DVec3; 3]> =
         body.faces().flat_map(|face| face.triangles()).map(|corners| corners.map(|q| q + body.origin())).collect();
     let outline = gpu.mesh(&faces, eye)?;
@@ -106,9 +106,8 @@ pub fn nearest(
     near_depth: NearDepth,
     clamp: bool,
 ) -> Result<[usize; 2]> {
-    let (fit, _) = stage.solve(technique, size)?;
-    let (fit, eye) = (Fit { near_depth, ..fit }, stage.job.view.eye());
-    let map = fit.guard_f32(&fit.solve(technique.rule)?, eye)?;
+    let (fit, eye) = (Fit { near_depth, ..stage.fit(technique, size) }, stage.job.view.eye());
+    let map = fit.guard_f32(&fit.solve(stage.rule(technique)?)?, eye)?;
     let pass = DepthPass { clamp, ..DepthPass::WGPU };
     let scene = gpu.depth(&stage.mesh(gpu, eye)?, map.clip_from_world_at(eye, ClipSpace::WGPU), pass, map.size())?;
     let scene = gpu.read(&scene)?;
@@ -130,11 +129,11 @@ pub fn nearest(
 impl Lookup<'_> {
     /// Whether the ray of light through a place in the map meets the receivers' body.
     fn crosses_body(&self, texel: DVec2) -> bool {
-        let body = &self.stage.receivers[0];
-        let start = self.on_ray(texel) + (self.stage.job.view.eye() - body.origin());
+        let [start, direction] = self.ray(texel);
+        let start = start + (self.stage.job.view.eye() - self.body.origin());
         let (mut enters, mut leaves) = (f64::NEG_INFINITY, f64::INFINITY);
-        for plane in body.faces().map(|face| face.plane()) {
-            let (speed, room) = (plane.normal().dot(self.to_light), plane.offset() - plane.normal().dot(start));
+        for plane in self.body.faces().map(|face| face.plane()) {
+            let (speed, room) = (plane.normal().dot(direction), plane.offset() - plane.normal().dot(start));
             if speed > 0.0 {
                 leaves = leaves.min(room / speed);
             } else if speed < 0.0 {

@@ -38,7 +38,7 @@ impl FarAway {
 pub fn far_away(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32, origin: Origin) -> Result<FarAway> {
     let (fit, map) = stage.solve(technique, size)?;
     let at = origin.of(stage, &map);
-    let body = &stage.receivers[0];
+    let body = Stage::lit(&fit)?;
     let faces: Vec<[DVec3; 3]> = body
         .faces()
         .flat_map(|face| face.triangles())

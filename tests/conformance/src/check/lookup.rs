@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use shadow_warp::glam::{DVec2, DVec3};
-use shadow_warp::{Axes, ClipSpace, Fit, ShadowMap};
+use shadow_warp::{ClipSpace, Fit, LitBody, ShadowMap};
 
 use super::allowance;
 use crate::gpu::Gpu;
@@ -15,10 +15,10 @@ use crate::stage::Stage;
 pub(crate) struct Lookup<'a> {
     pub(super) stage: &'a Stage,
     pub(super) map: &'a ShadowMap,
-    pub(super) axes: Axes,
+    /// What the map is to show.
+    pub(super) body: LitBody,
     pub(super) projection: Projection,
     pub(super) allowance: Allowance,
-    pub(super) to_light: DVec3,
     /// The scene's triangles in the map.
     drawn: Vec<Option<Drawn>>,
     /// For each triangle: the least bias with which it does not shadow itself.
@@ -65,10 +65,9 @@ impl<'a> Lookup<'a> {
         Ok(Self {
             stage,
             map,
-            axes: fit.axes,
+            body: Stage::lit(fit)?,
             projection,
             allowance,
-            to_light: stage.to_light()?,
             drawn,
             biases,
             rounding: fit.rounding(map, eye).truncate().length() + corner.max_element() * f64::from(f32::EPSILON),
@@ -96,18 +95,35 @@ impl<'a> Lookup<'a> {
         gpu.lit(&mesh, camera.clip_from_eye(), texture_from_eye, &biases, &shadows, camera.size)
     }
 
-    /// A point of the ray of light through a place.
-    pub(super) fn on_ray(&self, texel: DVec2) -> DVec3 {
-        self.projection.on(&Facet { normal: self.to_light, offset: 0.0 }, texel)
+    /// The ray of light through a place: a point before everything, or the light itself, and the unit direction.
+    pub(super) fn ray(&self, texel: DVec2) -> [DVec3; 2] {
+        let (light, normal) = (self.stage.light(), self.map.light_space().y);
+        let place = light.truncate() * light.w;
+        // On a plane across the light, far from a light with a place.
+        let offset = normal.dot(place) - self.far * light.w;
+        let point = self.projection.on(&Facet { normal, offset }, texel);
+        if light.w > 0.0 {
+            [place, (point - place).normalize()]
+        } else {
+            [point + light.truncate() * self.far, -light.truncate()]
+        }
     }
 
     /// What is nearest to the light on its ray through a place, by rays.
     pub(super) fn first(&self, texel: DVec2) -> Found {
-        let start = self.on_ray(texel) + self.to_light * self.far;
-        let Some(hit) = self.stage.rays().first(start, -self.to_light, 0.0) else { return Found::CLEARED };
-        let met = self.projection.place(start - self.to_light * hit.distance).texel;
+        let [start, direction] = self.ray(texel);
+        let first = self.stage.rays().first(start, direction, self.stage.near(direction));
+        let Some(hit) = first else { return Found::CLEARED };
+        let met = self.projection.place(start + direction * hit.distance).texel;
         let found = self.on(hit.triangle, texel).unwrap_or(Found::CLEARED);
         Found { off_ray: (met - texel).length(), ..found }
+    }
+
+    /// Whether the warp runs along the second of the texture's axes: a step across it changes nothing there.
+    pub(super) fn is_straight(&self) -> bool {
+        let at = self.map.origin() - self.stage.job.view.eye();
+        let change = self.projection.change(at, self.map.light_space().x);
+        change.y.abs() <= 1e-9 * change.length()
     }
 
     /// Everything that a device may have found nearest to the light where it rounds positions: whatever is at the place or

@@ -3,12 +3,13 @@
 use anyhow::{Result, ensure};
 use scenes::Technique;
 use shadow_warp::glam::{DVec2, DVec3};
-use shadow_warp::{Axes, ClipSpace};
+use shadow_warp::ClipSpace;
 
 use super::lookup::{Found, Lookup};
 use super::{above, worse};
 use crate::gpu::Gpu;
 use crate::pass::Pixel;
+use crate::projection::Facet;
 use crate::stage::{Seen, Stage};
 
 /// The shadows of a picture.
@@ -16,6 +17,8 @@ use crate::stage::{Seen, Stage};
 pub struct Shadows {
     /// Pixels that were compared.
     pub pixels: usize,
+    /// With fewer the picture shows nothing.
+    pub least: usize,
     /// Pixels whose place is not in the map.
     pub outside: usize,
     /// Wrong pixels whose texel has a shadow's edge between its centre and the point.
@@ -25,7 +28,7 @@ pub struct Shadows {
     /// Dark pixels that only their own surface shadows.
     pub acne: usize,
     /// The furthest that a wrong point lies from its texel's centre along the warp, over half of the texel extent that the
-    /// crate predicts, and the device's error. Not on axes of their own, where a texel lies askew.
+    /// crate predicts, and the device's error. Not where the warp lies askew over the texture.
     pub footprint: f64,
     /// Pixels, wrong or right, that are not as the map's geometry predicts, or whose ray of light is not one place of the map
     /// all along.
@@ -44,7 +47,7 @@ impl Shadows {
                 (self.unexplained, "pixels are lit or dark otherwise than the map's geometry predicts"),
             ],
         );
-        if self.pixels < LEAST_PIXELS {
+        if self.pixels < self.least {
             failures.push(format!("only {} pixels were compared", self.pixels));
         }
         let (pixels, wrong) = (self.pixels as f64, self.wrong());
@@ -58,6 +61,21 @@ impl Shadows {
                 .push(format!("the furthest wrong pixel is {} half texels from its texel's centre", self.footprint));
         }
         failures
+    }
+
+    /// Of two pictures together.
+    #[must_use]
+    pub fn and(self, other: Self) -> Self {
+        Self {
+            pixels: self.pixels + other.pixels,
+            least: self.least + other.least,
+            outside: self.outside + other.outside,
+            edge: self.edge + other.edge,
+            contact: self.contact + other.contact,
+            acne: self.acne + other.acne,
+            footprint: worse(self.footprint, other.footprint),
+            unexplained: self.unexplained + other.unexplained,
+        }
     }
 
     /// The share of pixels that are wrong, whatever the reason.
@@ -79,6 +97,8 @@ const MOST_IN_CONTACT: f64 = 0.02;
 pub struct Changes {
     /// Relative, sorted.
     relative: Vec<f64>,
+    /// With fewer the picture shows nothing.
+    least: usize,
     /// The largest, in texels.
     pub texels: f64,
     /// The largest, over what rounding to `f32` explains.
@@ -90,7 +110,7 @@ impl Changes {
     #[must_use]
     pub fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
-        if self.count() < LEAST_PIXELS {
+        if self.count() < self.least {
             failures.push(format!("only {} changes were measured", self.count()));
         }
         let all = [self.of_allowed, self.texels, self.quantile(1.0)];
@@ -121,7 +141,7 @@ impl Changes {
 /// If there is no map, or the device refuses.
 pub fn shadows(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -> Result<Shadows> {
     with_picture(gpu, stage, technique, size, |lookup, pixels, truth| {
-        let mut shadows = Shadows::default();
+        let mut shadows = Shadows { least: stage.least(LEAST_PIXELS), ..Shadows::default() };
         for (pixel, seen) in pixels.iter().zip(truth).filter_map(|(pixel, seen)| agreed(pixel, seen)) {
             let inside = pixel.place.iter().all(|x| (0.0..=1.0).contains(x));
             shadows.outside += usize::from(!inside);
@@ -151,7 +171,7 @@ fn with_picture<T>(
     let (fit, map) = stage.solve(technique, size)?;
     let map = fit.guard_f32(&map, stage.job.view.eye())?;
     let lookup = Lookup::new(gpu, stage, &fit, &map)?;
-    let (pixels, truth) = (lookup.draw(gpu, ClipSpace::WGPU)?, stage.truth()?);
+    let (pixels, truth) = (lookup.draw(gpu, ClipSpace::WGPU)?, stage.truth());
     let shown = pixels.iter().zip(truth).filter(|(pixel, seen)| agreed(pixel, seen).is_some()).count();
     let seen = truth.iter().flatten().count();
     ensure!(100 * shown > 98 * seen, "device and rays see the same triangle in {shown} of {seen} pixels only");
@@ -211,9 +231,11 @@ impl Lookup<'_> {
             &mut shadows.edge
         };
         *count += 1;
-        if self.axes == Axes::View {
-            let centre = self.projection.on(facet, centre_of(looked_at));
-            let point = self.projection.on(facet, looked_at);
+        if self.is_straight() {
+            // On the plane across the light through the point.
+            let normal = self.map.light_space().y;
+            let across = Facet { normal, offset: normal.dot(self.projection.on(facet, looked_at)) };
+            let [centre, point] = [centre_of(looked_at), looked_at].map(|place| self.projection.on(&across, place));
             let along = (centre - point).dot(self.map.light_space().z).abs();
             let extent = |q: DVec3| self.map.texel_extent(q + self.stage.job.view.eye())[1];
             let longer = extent(centre).max(extent(point));
@@ -227,7 +249,7 @@ impl Lookup<'_> {
         let camera = self.stage.camera();
         let width = camera.size[0] as usize;
         let shown = |index: usize| agreed(pixels.get(index)?, truth.get(index)?);
-        let mut changes = Changes::default();
+        let mut changes = Changes { least: self.stage.least(LEAST_PIXELS), ..Changes::default() };
         for index in 0..pixels.len() {
             for (axis, (place, step)) in [(index % width, 1), (index / width, width)].into_iter().enumerate() {
                 // Pairs begin at even pixels, and the last one may have no partner.

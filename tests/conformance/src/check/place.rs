@@ -4,7 +4,7 @@ use anyhow::Result;
 use fastrand::Rng;
 use scenes::Technique;
 use shadow_warp::glam::{DVec2, DVec3};
-use shadow_warp::{ClipSpace, Rule, ShadowMap};
+use shadow_warp::{ClipSpace, LitBody, Rule, ShadowMap};
 
 use super::allowance;
 use crate::gpu::Gpu;
@@ -56,7 +56,7 @@ pub fn place(
 ) -> Result<(Agreement, Allowance)> {
     let (fit, map) = stage.solve_rule(technique, rule, size)?;
     let origin = origin.of(stage, &map);
-    let mesh = gpu.mesh(&random_triangles(stage, &map), origin)?;
+    let mesh = gpu.mesh(&random_triangles(&Stage::lit(&fit)?, &map), origin)?;
     let drawn = gpu.depth(&mesh, map.clip_from_world_at(origin, ClipSpace::WGPU), DepthPass::WGPU, map.size())?;
     let found = gpu.read(&drawn)?;
     // The positions that the device was given, exactly.
@@ -69,23 +69,23 @@ pub fn place(
 
 /// Triangles of all sizes and inclinations in the receivers' body, in world space: their corners lie where texels and
 /// heights above the lowest point say.
-fn random_triangles(stage: &Stage, map: &ShadowMap) -> Vec<[DVec3; 3]> {
+fn random_triangles(body: &LitBody, map: &ShadowMap) -> Vec<[DVec3; 3]> {
     let mut random = Rng::with_seed(11);
-    let body = &stage.receivers[0];
-    let (towards_light, along, about) = (map.light_space().y, map.light_space().z, body.origin());
+    let (towards_light, about) = (map.light_space().y, body.origin());
     let projection = Projection::new(map, about, ClipSpace::WGPU);
     let [low, high] = body.bounds_along(towards_light).unwrap_or_default();
-    let [start, end] = body.bounds_along(along).unwrap_or_default();
     let vertices = body.vertices();
     let mut triangles = Vec::new();
     while triangles.len() < TRIANGLES {
-        // Where the map is as deep as chance will have it, between points of edges and diagonals that lie there.
-        let z = start + (end - start) * map.warp().body_from_map(random.f64());
+        // Chance chooses a row of the map, and points of edges and diagonals that lie there.
+        let row = f64::from(map.size()[1]) * random.f64();
+        // A function that is affine in space, and 0 where the map has this row.
+        let off_row = |q: DVec3| projection.homogeneous(q).dot(DVec3::new(0.0, 1.0, -row));
         let mut point = || loop {
             let [a, b] = [(); 2].map(|()| vertices[random.usize(..vertices.len())]);
-            let [z_a, z_b] = [a, b].map(|v| along.dot(v));
-            if z_a <= z && z < z_b {
-                break a + (b - a) * ((z - z_a) / (z_b - z_a));
+            let [off_a, off_b] = [a, b].map(off_row);
+            if off_a < 0.0 && off_b >= 0.0 {
+                break a + (b - a) * (off_a / (off_a - off_b));
             }
         };
         let middle = (point() + point() + point()) / 3.0;
