@@ -105,7 +105,8 @@ pub fn pictures(gpu: &Gpu, stage: &Stage, technique: &Technique) -> Result<Pictu
     let coloured = |colour: &dyn Fn(&Pixel, DVec2) -> [u8; 3]| {
         let width = camera.size[0] as usize;
         let place = |index: usize| DVec2::new((index % width) as f64 + 0.5, (index / width) as f64 + 0.5);
-        let colour = |(index, pixel): (usize, &Option<Pixel>)| pixel.as_ref().map_or(SKY, |pixel| colour(pixel, place(index)));
+        let colour =
+            |(index, pixel): (usize, &Option<Pixel>)| pixel.as_ref().map_or(SKY, |pixel| colour(pixel, place(index)));
         Image { size: camera.size, pixels: pixels.iter().enumerate().map(colour).collect() }
     };
     let shaded = |pixel: &Pixel, place: DVec2| {

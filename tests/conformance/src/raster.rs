@@ -12,6 +12,8 @@ use crate::projection::{Facet, Projection};
 pub struct Agreement {
     /// Texels that something was drawn on.
     pub texels: usize,
+    /// Of the map's sixteenths, by rows and by columns, those that something was drawn in; the fewer of both.
+    pub sixteenths: usize,
     /// The furthest that the centre of a texel lies on the wrong side of an edge, in texels.
     pub coverage: f64,
     /// The largest error in depth.
@@ -30,6 +32,9 @@ impl Agreement {
         if self.texels < LEAST_TEXELS {
             failures.push(format!("only {} texels were drawn", self.texels));
         }
+        if self.sixteenths < LEAST_SIXTEENTHS {
+            failures.push(format!("only {} sixteenths of the map were drawn in", self.sixteenths));
+        }
         // Depth beyond what is allowed is explained by nothing.
         if self.unexplained > 0 {
             failures.push(format!("{} texels hold what no triangle explains", self.unexplained));
@@ -46,6 +51,7 @@ impl Agreement {
     pub fn and(self, other: Self) -> Self {
         Self {
             texels: self.texels + other.texels,
+            sixteenths: self.sixteenths.max(other.sixteenths),
             coverage: worse(self.coverage, other.coverage),
             depth: worse(self.depth, other.depth),
             depth_of_allowed: worse(self.depth_of_allowed, other.depth_of_allowed),
@@ -56,6 +62,8 @@ impl Agreement {
 
 /// A map with fewer shows nothing.
 const LEAST_TEXELS: usize = 2_000;
+/// Triangles must be all over the map, as far as what is seen is.
+const LEAST_SIXTEENTHS: usize = 10;
 
 /// What error a rasteriser may make.
 #[derive(Clone, Copy, Debug)]
@@ -187,7 +195,8 @@ pub fn compare(
     }
     let drawn = found.iter().filter(|&&depth| depth < 1.0).count();
     let explained = texels.values().filter(|texel| texel.explained.is_some()).count();
-    let start = Agreement { texels: drawn, unexplained: drawn - explained, ..Agreement::default() };
+    let sixteenths = sixteenths(found, size);
+    let start = Agreement { texels: drawn, sixteenths, unexplained: drawn - explained, ..Agreement::default() };
     texels.values().fold(start, |sum, texel| {
         // A texel that should hold something and does not.
         let missing = Agreement { coverage: texel.hidden, ..Agreement::default() };
@@ -199,4 +208,15 @@ pub fn compare(
         };
         sum.and(missing).and(texel.explained.map(of).unwrap_or_default())
     })
+}
+
+/// Of sixteen strips of a map, across and down, how many are not empty; the fewer of both.
+fn sixteenths(found: &[f32], size: [u32; 2]) -> usize {
+    let [width, height] = size.map(|side| side as usize);
+    let mut drawn = [[false; 16]; 2];
+    for (index, _) in found.iter().enumerate().filter(|(_, depth)| **depth < 1.0) {
+        drawn[0][index % width * 16 / width] = true;
+        drawn[1][index / width * 16 / height] = true;
+    }
+    drawn.map(|strips| strips.iter().filter(|drawn| **drawn).count()).into_iter().min().unwrap_or(0)
 }

@@ -227,7 +227,8 @@ impl Stage {
         let facing = -normal.dot(direction).signum() * normal.dot(to_light);
         let light = self.light();
         // What there is of the ray, up to where casters begin.
-        let end = if light.w > 0.0 { (light.truncate() - point).length() - self.near(-to_light) } else { f64::INFINITY };
+        let end =
+            if light.w > 0.0 { (light.truncate() - point).length() - self.near(-to_light) } else { f64::INFINITY };
         let shadowed = || self.rays().is_blocked(point, to_light, 1e-9 * (1.0 + point.abs().max_element())..end);
         Some(Seen { triangle: hit.triangle, pixel, point, shadowed: (facing > GRAZING).then(shadowed) })
     }

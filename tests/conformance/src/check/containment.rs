@@ -21,6 +21,8 @@ pub struct Containment {
     pub in_border: usize,
     /// How far the body is from touching a side of the map, in texels; the furthest of the four.
     pub slack: f64,
+    /// The margin against rounding, in texels.
+    pub margin: f64,
     /// Texels whose ray of light meets the body.
     pub texels: usize,
     /// Those of them whose depth is not that of what lies nearest to the light there.
@@ -45,7 +47,7 @@ impl Containment {
         if self.texels < 1_000 {
             failures.push(format!("only {} texels were compared", self.texels));
         }
-        if self.slack.abs() > 0.05 {
+        if !(self.slack.abs() <= 1.1 * self.margin + 1e-3) {
             failures.push(format!("the body is {} texels from touching a side", self.slack));
         }
         failures
@@ -86,6 +88,7 @@ pub fn containment(gpu: &Gpu, stage: &Stage, technique: &Technique, size: u32) -
     let places: Vec<DVec2> = outline.corners().map(|q| projection.place(q).texel).collect();
     let least = places.iter().fold(DVec2::INFINITY, |least, &place| least.min(place));
     let most = places.iter().fold(DVec2::NEG_INFINITY, |most, &place| most.max(place));
+    found.margin = fit.rounding(&bordered, eye).truncate().max_element();
     found.slack = least.max(f64::from(size) - most).max_element() - BORDER;
 
     [found.texels, found.wrong] = nearest(gpu, stage, technique, size, NearDepth::Casters, false)?;

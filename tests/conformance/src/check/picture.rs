@@ -2,8 +2,8 @@
 
 use anyhow::{Result, ensure};
 use scenes::Technique;
-use shadow_warp::glam::{DVec2, DVec3};
 use shadow_warp::ClipSpace;
+use shadow_warp::glam::{DVec2, DVec3};
 
 use super::lookup::{Found, Lookup};
 use super::{above, worse};
@@ -55,7 +55,7 @@ impl Shadows {
             failures.push(format!("{wrong} of the pixels are wrong, {} of {pixels} in contact", self.contact));
         }
         // Of many wrong pixels, some are near the ends of their texels.
-        let is_telling = self.footprint > 0.0 && wrong * pixels > 60.0;
+        let is_telling = self.footprint > 0.0 && self.edge > 100;
         if !(self.footprint <= 1.0 + 1e-6 && (self.footprint > 0.8 || !is_telling)) {
             failures
                 .push(format!("the furthest wrong pixel is {} half texels from its texel's centre", self.footprint));

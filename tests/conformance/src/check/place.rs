@@ -56,6 +56,8 @@ pub fn place(
 ) -> Result<(Agreement, Allowance)> {
     let (fit, map) = stage.solve_rule(technique, rule, size)?;
     let origin = origin.of(stage, &map);
+    // Or a corner on the near plane may be clipped.
+    let map = fit.guard_f32(&map, stage.job.view.eye())?;
     let mesh = gpu.mesh(&random_triangles(&Stage::lit(&fit)?, &map), origin)?;
     let drawn = gpu.depth(&mesh, map.clip_from_world_at(origin, ClipSpace::WGPU), DepthPass::WGPU, map.size())?;
     let found = gpu.read(&drawn)?;
@@ -75,10 +77,12 @@ fn random_triangles(body: &LitBody, map: &ShadowMap) -> Vec<[DVec3; 3]> {
     let projection = Projection::new(map, about, ClipSpace::WGPU);
     let [low, high] = body.bounds_along(towards_light).unwrap_or_default();
     let vertices = body.vertices();
+    let rows = vertices.iter().map(|&q| projection.place(q).texel.y);
+    let (top, bottom) = rows.fold((f64::INFINITY, 0.0), |(top, bottom), y| (y.min(top), y.max(bottom)));
     let mut triangles = Vec::new();
     while triangles.len() < TRIANGLES {
         // Chance chooses a row of the map, and points of edges and diagonals that lie there.
-        let row = f64::from(map.size()[1]) * random.f64();
+        let row = top + (bottom - top) * random.f64();
         // A function that is affine in space, and 0 where the map has this row.
         let off_row = |q: DVec3| projection.homogeneous(q).dot(DVec3::new(0.0, 1.0, -row));
         let mut point = || loop {
@@ -88,7 +92,7 @@ fn random_triangles(body: &LitBody, map: &ShadowMap) -> Vec<[DVec3; 3]> {
                 break a + (b - a) * (off_a / (off_a - off_b));
             }
         };
-        let middle = (point() + point() + point()) / 3.0;
+        let middle = point().lerp(point(), random.f64());
         let (texel, height) = (projection.place(middle).texel, towards_light.dot(middle));
         let at = |texel: DVec2, offset: f64| projection.on(&Facet { normal: towards_light, offset }, texel);
         let reach = REACHES[triangles.len() % REACHES.len()];
