@@ -1,6 +1,7 @@
 //! Says how good each shadow-map technique is for a camera, a light and the bounds of a scene: a table on standard
 //! output, and a page with pictures.
 
+mod mean;
 mod measure;
 mod page;
 mod picture;
@@ -75,7 +76,9 @@ fn run(cli: &Cli) -> Result<()> {
     let page = page_path(cli, &report);
     let mut drawn_by = String::new();
     if let Some(path) = &page {
-        let rendered = model(&report, file.as_ref()).and_then(rendered::rendered).map_err(|error| format!("{error:#}"));
+        let rendered = model(&report, file.as_ref())
+            .and_then(|model| rendered::rendered(&model, &report.techniques))
+            .map_err(|error| format!("{error:#}"));
         write_file("--out", path, &page::html(&job, &report, &rendered)?)?;
         drawn_by = match rendered {
             Ok(rendered) => format!("with pictures drawn by {}", rendered.device),
@@ -83,7 +86,7 @@ fn run(cli: &Cli) -> Result<()> {
         };
     }
     if let Some(folder) = &cli.figures {
-        for (name, picture) in page::figures(&job, &report)? {
+        for (name, picture) in page::figures(&report)? {
             write_file("--figures", &folder.join(name), &picture)?;
         }
     }

@@ -3,11 +3,12 @@
 use std::hint::black_box;
 use std::time::Instant;
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use shadow_warp::glam::{DVec2, DVec3, DVec4};
-use shadow_warp::{Body, ClipSpace, Error, Fit, ShadowMap, aliasing};
+use shadow_warp::{Axes, Body, ClipSpace, ConvexBody, Error, Light, LightSpace, LitBody, Rule, ShadowMap, aliasing};
 
+use crate::mean::Quadrature;
 use scenes::{Job, Scene, TECHNIQUES, Technique};
 
 /// Everything that is reported about a scene.
@@ -18,21 +19,55 @@ pub(crate) struct Report {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) reason: Option<String>,
     pub(crate) techniques: Vec<Row>,
-    pub(crate) body: Bodies,
+    pub(crate) refused: Vec<Refused>,
+    body: Bodies,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) least_errors: Option<Least>,
+    /// Of a point light: each has a map of its own.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub(crate) faces: Vec<Face>,
     pub(crate) view: Frame,
-    pub(crate) light: Towards,
+    pub(crate) light: Lit,
     /// What the mean is taken over, and how.
     pub(crate) mean_over: &'static str,
     pub(crate) notes: Vec<String>,
     pub(crate) scene: Scene,
 }
 
+/// A technique that has no map for the scene.
+#[derive(Serialize)]
+pub(crate) struct Refused {
+    pub(crate) name: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) face: Option<&'static str>,
+    pub(crate) reason: String,
+}
+
+/// A face of a point light.
+#[derive(Serialize)]
+pub(crate) struct Face {
+    pub(crate) face: &'static str,
+    /// Why it needs no map.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) reason: Option<String>,
+    body: Bodies,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) least_errors: Option<Least>,
+}
+
+/// The least errors that any spacing along and any warp across have on the view's axes, in pixels per texel.
+#[derive(Clone, Copy, Serialize)]
+pub(crate) struct Least {
+    pub(crate) along: f64,
+    pub(crate) across: f64,
+}
+
 /// One technique. Matrices are row-major, for [`ClipSpace::WGPU`].
 #[derive(Serialize)]
 pub(crate) struct Row {
     pub(crate) name: &'static str,
-    #[serde(skip)]
-    pub(crate) what: &'static str,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) face: Option<&'static str>,
     pub(crate) eta: f64,
     pub(crate) warp_ratio: f64,
     pub(crate) clip_from_world: [f64; 16],
@@ -40,11 +75,22 @@ pub(crate) struct Row {
     clip_from_body: [f64; 16],
     body_origin: [f64; 3],
     pub(crate) worst_pixels_per_texel: f64,
+    /// The worst over the larger of the two least errors; only on the axes that these are for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) worst_over_least: Option<f64>,
     pub(crate) mean_pixels_per_texel: f64,
     pub(crate) map_share: f64,
     pub(crate) setup_ns: f64,
     pub(crate) f32_texels: Rounding,
     light_space: LightAxes,
+    #[serde(skip)]
+    pub(crate) technique: &'static Technique,
+    /// The scene, under the light that the map is for.
+    #[serde(skip)]
+    pub(crate) job: Job,
+    /// What is seen in the light.
+    #[serde(skip)]
+    pub(crate) body: LitBody,
     #[serde(skip)]
     pub(crate) map: ShadowMap,
 }
@@ -68,14 +114,12 @@ pub(crate) struct LightAxes {
 
 /// Vertices in world space, and as the library keeps them: about an origin near by, with all their digits.
 #[derive(Serialize)]
-pub(crate) struct Bodies {
-    pub(crate) receiver_vertices: Vec<[f64; 3]>,
+struct Bodies {
+    receiver_vertices: Vec<[f64; 3]>,
     caster_vertices: Vec<[f64; 3]>,
     origin: [f64; 3],
     receiver_vertices_from_origin: Vec<[f64; 3]>,
     caster_vertices_from_origin: Vec<[f64; 3]>,
-    #[serde(skip)]
-    pub(crate) receivers: Body,
 }
 
 /// The camera as the library keeps it.
@@ -90,39 +134,48 @@ pub(crate) struct Frame {
     far: f64,
 }
 
+/// The light as the library keeps it.
 #[derive(Serialize)]
-pub(crate) struct Towards {
-    pub(crate) to_light: [f64; 3],
+#[serde(untagged)]
+pub(crate) enum Lit {
+    Directional { to_light: [f64; 3] },
+    Spot { position: [f64; 3], direction: [f64; 3], outer_deg: f64, near: f64, range: f64 },
+    Point { position: [f64; 3], near: f64, range: f64 },
 }
 
-pub(crate) fn report(name: &str, scene: Scene, notes: Vec<String>, job: &Job) -> Result<Report> {
-    let receivers = [job.seen()];
-    let fit = job.fit(&receivers);
-    let [body] = receivers;
-    let mut techniques = Vec::with_capacity(TECHNIQUES.len());
-    let mut reason = None;
-    for technique in TECHNIQUES {
-        match technique.solve(fit) {
-            Ok(map) => techniques.push(row(technique, job, &fit, &body, map)),
-            Err(error @ Error::NothingVisible) => reason = Some(error.to_string()),
-            Err(error) => return Err(anyhow!("{}: {error}", technique.name)),
+/// Sines up to this are nothing but rounding of directions that were normalised apart.
+const PARALLEL: f64 = 8.0 * f64::EPSILON;
+
+pub(crate) fn report(name: &str, scene: Scene, mut notes: Vec<String>, job: &Job) -> Result<Report> {
+    let seen = [job.seen()];
+    let parts = job.parts().iter().map(|job| Part::new(job, &seen)).collect::<Result<Vec<Part>>>()?;
+    notes.extend(parts.iter().filter_map(|part| part.note.clone()));
+    // One reason for all of them, where there is nothing at all.
+    let reason = parts.iter().map(|part| part.reason.clone()).reduce(Option::and).flatten();
+    let (mut techniques, mut refused, mut faces, mut whole) = (Vec::new(), Vec::new(), Vec::new(), None);
+    for part in parts {
+        techniques.extend(part.techniques);
+        refused.extend(part.refused);
+        match part.face {
+            Some(face) => faces.push(Face { face, reason: part.reason, body: part.body, least_errors: part.least }),
+            None => whole = Some((part.body, part.least)),
         }
     }
-    let casters = body.casters(&job.light, &job.casters)?;
-    let in_world = |vertices: &[DVec3], origin: DVec3| vertices.iter().map(|v| (*v + origin).to_array()).collect();
+    // What is seen around a point light is cut by the range of no face; its casters are all that there are.
+    let (body, least_errors) = match whole {
+        Some(whole) => whole,
+        None => (Bodies::new(&seen[0], &Body::from_box(&job.casters, job.casters.min())?), None),
+    };
+    let mean_over = techniques.first().map_or(Quadrature::of(&seen[0]), |row: &Row| Quadrature::of(&row.body)).what();
     let view = &job.view;
     Ok(Report {
         name: name.to_owned(),
         reason,
         techniques,
-        body: Bodies {
-            receiver_vertices: in_world(body.vertices(), body.origin()),
-            caster_vertices: in_world(casters.vertices(), casters.origin()),
-            origin: body.origin().to_array(),
-            receiver_vertices_from_origin: in_world(body.vertices(), DVec3::ZERO),
-            caster_vertices_from_origin: in_world(casters.vertices(), DVec3::ZERO),
-            receivers: body,
-        },
+        refused,
+        body,
+        least_errors,
+        faces,
         view: Frame {
             eye: view.eye().to_array(),
             right: view.right().to_array(),
@@ -131,51 +184,153 @@ pub(crate) fn report(name: &str, scene: Scene, notes: Vec<String>, job: &Job) ->
             near: view.near(),
             far: view.far(),
         },
-        light: Towards { to_light: job.light.homogeneous().truncate().to_array() },
-        mean_over: Quadrature::of(&body).what(),
+        light: Lit::new(&job.light)?,
+        mean_over,
         notes,
         scene,
     })
 }
 
-fn row(technique: &Technique, job: &Job, fit: &Fit, body: &Body, map: ShadowMap) -> Row {
-    let eye = job.view.eye();
-    let matrix = |origin: DVec3| map.clip_from_world_at(origin, ClipSpace::WGPU).transpose().to_cols_array();
-    let bound = |origin: DVec3| fit.rounding(&map, origin).truncate().max_element();
-    let per_texel = |q: DVec3| aliasing::pixels_per_texel(&map, &job.view, job.viewport, q + body.origin());
-    let space = map.light_space();
-    Row {
-        name: technique.name,
-        what: technique.what,
-        eta: map.warp().excess(),
-        warp_ratio: map.warp().ratio(),
-        clip_from_world: matrix(DVec3::ZERO),
-        clip_from_eye: matrix(eye),
-        clip_from_body: matrix(map.origin()),
-        body_origin: map.origin().to_array(),
-        worst_pixels_per_texel: fit.worst_texel(&map),
-        mean_pixels_per_texel: Quadrature::of(body).mean(per_texel),
-        map_share: map_share(&map, body),
-        setup_ns: setup_ns(technique, job),
-        f32_texels: Rounding {
-            eye: displacement(&map, body, eye),
-            eye_bound: bound(eye),
-            world: displacement(&map, body, DVec3::ZERO),
-            world_bound: bound(DVec3::ZERO),
-        },
-        light_space: LightAxes {
-            x: space.x.to_array(),
-            y: space.y.to_array(),
-            z: space.z.to_array(),
-            sin_gamma: space.sin_gamma,
-        },
-        map,
+/// What is reported of one light with one map: all of it, or one face of a point light.
+struct Part {
+    face: Option<&'static str>,
+    reason: Option<String>,
+    techniques: Vec<Row>,
+    refused: Vec<Refused>,
+    body: Bodies,
+    least: Option<Least>,
+    note: Option<String>,
+}
+
+impl Part {
+    fn new(job: &Job, seen: &[Body; 1]) -> Result<Self> {
+        let (fit, face) = (job.fit(seen), job.face);
+        let [lit] = fit.lit_receivers().collect::<Vec<_>>()[..] else { bail!("there must be one body") };
+        let plain = match fit.solve(Rule::Uniform) {
+            Ok(map) => map,
+            Err(error @ (Error::NothingVisible | Error::NothingLit)) => {
+                let (reason, body) = (Some(error.to_string()), Bodies::new(&lit, &lit));
+                let (techniques, refused) = (Vec::new(), Vec::new());
+                return Ok(Self { face, reason, techniques, refused, body, least: None, note: None });
+            }
+            Err(error) => return Err(error).context("uniform"),
+        };
+        let body = match &job.light {
+            Light::Directional(_) => Bodies::new(&lit, &seen[0].casters(&job.light, &job.casters)?),
+            _ => Bodies::new(&lit, &plain.shown(&job.casters)),
+        };
+        let errors = fit.least_errors()?;
+        let least = Least { along: errors.along, across: errors.across };
+        let (mut techniques, mut refused) = (Vec::new(), Vec::new());
+        for technique in TECHNIQUES {
+            match Row::new(technique, job, seen, &plain.light_space(), &least) {
+                Ok(row) => techniques.push(row),
+                Err(error @ Error::Unsupported { .. }) => {
+                    refused.push(Refused { name: technique.name, face, reason: error.to_string() });
+                }
+                Err(error) => return Err(error).context(technique.name),
+            }
+        }
+        let is_parallel = plain.light_space().sin_gamma <= PARALLEL;
+        let of_face = face.map_or(String::new(), |face| format!(" (face {face})"));
+        let note = is_parallel.then(|| {
+            format!("Light and view are parallel{of_face}: the map's axes turn about the light here; Axes::LightFixed does not.")
+        });
+        Ok(Self { face, reason: None, techniques, refused, body, least: Some(least), note })
+    }
+}
+
+impl Bodies {
+    fn new<const V: usize, const F: usize, const U: usize, const G: usize>(
+        receivers: &ConvexBody<V, F>,
+        casters: &ConvexBody<U, G>,
+    ) -> Self {
+        let origin = receivers.origin();
+        let moved = |vertices: &[DVec3], by: DVec3| vertices.iter().map(|v| (*v + by).to_array()).collect();
+        Self {
+            receiver_vertices: moved(receivers.vertices(), origin),
+            caster_vertices: moved(casters.vertices(), casters.origin()),
+            origin: origin.to_array(),
+            receiver_vertices_from_origin: moved(receivers.vertices(), DVec3::ZERO),
+            caster_vertices_from_origin: moved(casters.vertices(), casters.origin() - origin),
+        }
+    }
+}
+
+impl Lit {
+    fn new(light: &Light) -> Result<Self> {
+        Ok(match light {
+            Light::Directional(sun) => Self::Directional { to_light: sun.to_light().to_array() },
+            Light::Spot(spot) => Self::Spot {
+                position: spot.position().to_array(),
+                direction: spot.direction().to_array(),
+                outer_deg: spot.outer_angle().to_degrees(),
+                near: spot.near(),
+                range: spot.range(),
+            },
+            Light::Point(point) => {
+                Self::Point { position: point.position().to_array(), near: point.near(), range: point.range() }
+            }
+            _ => bail!("a light of an unknown kind"),
+        })
+    }
+}
+
+impl Row {
+    fn new(
+        technique: &'static Technique,
+        job: &Job,
+        seen: &[Body],
+        view_axes: &LightSpace,
+        least: &Least,
+    ) -> Result<Self, Error> {
+        let fit = technique.fit(job.fit(seen));
+        let map = fit.solve((technique.rule)(job)?)?;
+        let body = fit.lit_receivers().next().ok_or(Error::NothingVisible)?;
+        let eye = job.view.eye();
+        let matrix = |origin: DVec3| map.clip_from_world_at(origin, ClipSpace::WGPU).transpose().to_cols_array();
+        let bound = |origin: DVec3| fit.rounding(&map, origin).truncate().max_element();
+        let per_texel = |q: DVec3| aliasing::pixels_per_texel(&map, &job.view, job.viewport, q + body.origin());
+        let (space, worst) = (map.light_space(), fit.worst_texel(&map));
+        let over_least = worst / least.along.max(least.across);
+        let on_view_axes = technique.axes == Axes::View && space == *view_axes && over_least.is_finite();
+        Ok(Self {
+            name: technique.name,
+            face: job.face,
+            eta: map.warp().excess(),
+            warp_ratio: map.warp().ratio(),
+            clip_from_world: matrix(DVec3::ZERO),
+            clip_from_eye: matrix(eye),
+            clip_from_body: matrix(map.origin()),
+            body_origin: map.origin().to_array(),
+            worst_pixels_per_texel: worst,
+            worst_over_least: on_view_axes.then_some(over_least),
+            mean_pixels_per_texel: Quadrature::of(&body).mean(per_texel),
+            map_share: map_share(&map, &body),
+            setup_ns: setup_ns(technique, job),
+            f32_texels: Rounding {
+                eye: displacement(&map, &body, eye),
+                eye_bound: bound(eye),
+                world: displacement(&map, &body, DVec3::ZERO),
+                world_bound: bound(DVec3::ZERO),
+            },
+            light_space: LightAxes {
+                x: space.x.to_array(),
+                y: space.y.to_array(),
+                z: space.z.to_array(),
+                sin_gamma: space.sin_gamma,
+            },
+            technique,
+            job: *job,
+            body,
+            map,
+        })
     }
 }
 
 /// Returns the share of the map that the receivers cover. Seen from the light a convex body covers each point with
 /// two of its faces, so its picture is half as large as those of all faces together.
-fn map_share(map: &ShadowMap, body: &Body) -> f64 {
+fn map_share(map: &ShadowMap, body: &LitBody) -> f64 {
     let clip = map.clip_from_world_at(body.origin(), ClipSpace::WGPU);
     let project = |q: DVec3| clip.project_point3(q).truncate();
     let area = |[a, b, c]: [DVec2; 3]| 0.5 * (b - a).perp_dot(c - a).abs();
@@ -184,7 +339,7 @@ fn map_share(map: &ShadowMap, body: &Body) -> f64 {
 }
 
 /// Returns how far the vertices move in the map, in texels, with matrix, positions and products in `f32`.
-fn displacement(map: &ShadowMap, body: &Body, origin: DVec3) -> f64 {
+fn displacement(map: &ShadowMap, body: &LitBody, origin: DVec3) -> f64 {
     let half_size = DVec2::from(map.size().map(f64::from)) * 0.5;
     let exact = map.clip_from_world_at(body.origin(), ClipSpace::WGPU);
     let rounded = map.clip_from_world_at(origin, ClipSpace::WGPU).as_mat4();
@@ -204,98 +359,16 @@ const RUNS_PER_BATCH: u32 = 16;
 /// Returns the time from a view to a fitted map, in nanoseconds: the mean of the fastest batch, which was
 /// disturbed least.
 fn setup_ns(technique: &Technique, job: &Job) -> f64 {
+    let solve = || {
+        let receivers = [Body::visible(black_box(&job.view), black_box(&job.receivers))];
+        technique.fit(job.fit(&receivers)).solve(black_box((technique.rule)(job)?))
+    };
     let batches = (0..BATCHES).map(|_| {
         let start = Instant::now();
         for _ in 0..RUNS_PER_BATCH {
-            let receivers = [Body::visible(black_box(&job.view), black_box(&job.receivers))];
-            let fit = technique.fit(job.fit(&receivers));
-            let _ = black_box(fit.solve(black_box(technique.rule)));
+            let _ = black_box(solve());
         }
         start.elapsed().as_nanos() as f64 / f64::from(RUNS_PER_BATCH)
     });
     batches.fold(f64::INFINITY, f64::min)
-}
-
-/// Pieces of a body to average over, each with its share: tetrahedra of a solid one, triangles of a flat one.
-enum Quadrature {
-    Volume(Vec<(f64, [DVec3; 4])>),
-    Area(Vec<(f64, [DVec3; 3])>),
-    Vertices(Vec<DVec3>),
-}
-
-/// Each halves the edges.
-const SUBDIVISIONS: u32 = 3;
-/// A body is flat where its thickness is less than this much of its width.
-const FLAT: f64 = 1e-6;
-
-impl Quadrature {
-    fn of(body: &Body) -> Self {
-        let vertices = body.vertices();
-        let inner = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
-        let size = vertices.iter().map(|&q| (q - inner).abs().max_element()).fold(0.0, f64::max);
-        // Relative to the body's size, so that products neither overflow nor vanish.
-        let unit = |q: DVec3| (q - inner) / size;
-        let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
-        let volume = |[a, b, c]: [DVec3; 3]| a.dot(b.cross(c)).abs() / 6.0;
-        let triangles: Vec<[DVec3; 3]> = body.faces().flat_map(|face| face.triangles()).collect();
-        let all_area: f64 = triangles.iter().map(|t| area(t.map(unit))).sum();
-        let all_volume: f64 = triangles.iter().map(|t| volume(t.map(unit))).sum();
-        // The area has both sides of a flat body.
-        if 2.0 * all_volume > FLAT * all_area * all_area.sqrt() {
-            let piece = |t: [DVec3; 3]| (volume(t.map(unit)) / all_volume, [t[0], t[1], t[2], inner]);
-            Self::Volume(triangles.into_iter().map(piece).collect())
-        } else if all_area > 0.0 {
-            Self::Area(triangles.into_iter().map(|t| (area(t.map(unit)) / all_area, t)).collect())
-        } else {
-            Self::Vertices(vertices.to_vec())
-        }
-    }
-
-    fn what(&self) -> &'static str {
-        match self {
-            Self::Volume(_) => {
-                "the body's volume: tetrahedra from its faces to an inner point, each cut into 512, with 4 points in each"
-            }
-            Self::Area(_) => {
-                "the flat body's area: the triangles of its faces, each cut into 64, with 3 points in each"
-            }
-            Self::Vertices(_) => "the vertices: the body is a line or a point",
-        }
-    }
-
-    fn mean(&self, f: impl Fn(DVec3) -> f64) -> f64 {
-        match self {
-            Self::Volume(pieces) => pieces.iter().map(|(share, p)| share * mean_in_solid(*p, SUBDIVISIONS, &f)).sum(),
-            Self::Area(pieces) => pieces.iter().map(|(share, p)| share * mean_in_flat(*p, SUBDIVISIONS, &f)).sum(),
-            Self::Vertices(points) => points.iter().map(|&p| f(p)).sum::<f64>() / points.len() as f64,
-        }
-    }
-}
-
-/// The mean over a tetrahedron, by the four points that are exact for polynomials of degree 2.
-fn mean_in_solid(p: [DVec3; 4], subdivisions: u32, f: &impl Fn(DVec3) -> f64) -> f64 {
-    if subdivisions == 0 {
-        // (5 - sqrt 5)/20: the points lie this far from three faces.
-        let near = 0.138_196_601_125_010_52;
-        let sum = p.iter().sum::<DVec3>();
-        return p.map(|corner| f(sum * near + corner * (1.0 - 4.0 * near))).iter().sum::<f64>() / 4.0;
-    }
-    // Eight of equal volume: one at each corner, and the octahedron between them cut along a diagonal.
-    let [a, b, c, d] = p;
-    let [ab, ac, ad] = [b, c, d].map(|q| 0.5 * (a + q));
-    let [bc, bd, cd] = [0.5 * (b + c), 0.5 * (b + d), 0.5 * (c + d)];
-    let corners = [[a, ab, ac, ad], [ab, b, bc, bd], [ac, bc, c, cd], [ad, bd, cd, d]];
-    let middle = [[ac, bd, ab, bc], [ac, bd, bc, cd], [ac, bd, cd, ad], [ac, bd, ad, ab]];
-    let children = corners.into_iter().chain(middle);
-    children.map(|child| mean_in_solid(child, subdivisions - 1, f)).sum::<f64>() / 8.0
-}
-
-/// The mean over a triangle, by the middles of its edges, exact for polynomials of degree 2.
-fn mean_in_flat([a, b, c]: [DVec3; 3], subdivisions: u32, f: &impl Fn(DVec3) -> f64) -> f64 {
-    let [ab, bc, ca] = [0.5 * (a + b), 0.5 * (b + c), 0.5 * (c + a)];
-    if subdivisions == 0 {
-        return (f(ab) + f(bc) + f(ca)) / 3.0;
-    }
-    let children = [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]];
-    children.map(|child| mean_in_flat(child, subdivisions - 1, f)).iter().sum::<f64>() / 4.0
 }

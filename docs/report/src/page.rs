@@ -6,11 +6,11 @@ use conformance::pictures::{HEAT, Image, Pictures, heat};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use shadow_warp::Lens;
 
-use crate::measure::{Report, Row};
-use crate::picture::{BODY, Drawing, EYE, TEXELS, WARP, WORLD, units};
+use crate::measure::{Least, Lit, Report, Row};
+use crate::picture::{BODY, Drawing, EYE, TEXELS, WARP, WORLD};
 use crate::plot;
 use crate::rendered::Rendered;
-use crate::table::{COLUMNS, plain};
+use crate::table::{COLUMNS, least_errors, plain, without_map};
 use scenes::Job;
 
 const STYLE: &str = "
@@ -53,18 +53,27 @@ svg { max-width: 100%; height: auto; display: block; }
 ";
 
 /// Every picture of the page with a name for its file.
-pub(crate) fn figures(job: &Job, report: &Report) -> Result<Vec<(String, String)>> {
-    let mut figures = vec![("depth.svg".to_owned(), plot::depth_plot(job, report)?)];
-    for row in &report.techniques {
-        let drawing = Drawing::new(job, &report.body.receivers, row);
-        figures.push((format!("{}-before.svg", row.name), drawing.before()));
-        figures.push((format!("{}-after.svg", row.name), drawing.after()));
+pub(crate) fn figures(report: &Report) -> Result<Vec<(String, String)>> {
+    let mut figures = Vec::new();
+    for rows in by_face(report) {
+        let of_face = rows.iter().find_map(|row| row.face).map_or(String::new(), |face| format!("{face}-"));
+        figures.push((format!("{of_face}depth.svg"), plot::depth_plot(rows)?));
+        for row in rows {
+            let drawing = Drawing::new(row);
+            figures.push((format!("{of_face}{}-before.svg", row.name), drawing.before()));
+            figures.push((format!("{of_face}{}-after.svg", row.name), drawing.after()));
+        }
     }
     Ok(figures)
 }
 
+/// The rows of each face of a point light; of another light, all of them.
+fn by_face(report: &Report) -> impl Iterator<Item = &[Row]> {
+    report.techniques.chunk_by(|a, b| a.face == b.face)
+}
+
 pub(crate) fn html(job: &Job, report: &Report, rendered: &Result<Rendered, String>) -> Result<String> {
-    let plot = plot::depth_plot(job, report)?;
+    let plots = by_face(report).map(|rows| Ok((rows, plot::depth_plot(rows)?))).collect::<Result<Vec<_>>>()?;
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -77,14 +86,15 @@ pub(crate) fn html(job: &Job, report: &Report, rendered: &Result<Rendered, Strin
             body { main {
                 h1 { "Shadow-map report: " (report.name) }
                 p.lead {
-                    "Every map below covers exactly the part of the scene that the camera sees. They differ in where they spend \
-                     their texels."
+                    "Every map below covers exactly the part of the scene that the camera sees in the light. They differ in where \
+                     they spend their texels."
                 }
                 (facts(job, report))
                 h2 { "Results" }
                 (results(report))
                 h2 { "Aliasing over depth" }
-                div.card {
+                @for (rows, plot) in plots { div.card {
+                    @if let Some(face) = rows.iter().find_map(|row| row.face) { h3 { "face " (face) } }
                     (PreEscaped(plot))
                     p.caption {
                         "At each depth, the worst point of what the camera sees there; the highest point of a curve is the \
@@ -92,11 +102,11 @@ pub(crate) fn html(job: &Job, report: &Report, rendered: &Result<Rendered, Strin
                         @if !job.view.is_perspective() { ", but for the depth of an orthographic camera" }
                         ". A perfect map lies at 1 throughout; below it the map is finer than the picture."
                     }
-                }
+                } }
                 h2 { "The maps" }
                 (legend(rendered))
                 @for (i, row) in report.techniques.iter().enumerate() {
-                    (technique(job, report, row, rendered.as_ref().ok().and_then(|rendered| rendered.pictures.get(i)))?)
+                    (technique(row, rendered.as_ref().ok().and_then(|rendered| rendered.pictures.get(i)))?)
                 }
             } }
         }
@@ -106,6 +116,20 @@ pub(crate) fn html(job: &Job, report: &Report, rendered: &Result<Rendered, Strin
 
 fn facts(job: &Job, report: &Report) -> Markup {
     let vector = |v: [f64; 3]| format!("({}, {}, {})", plain(v[0]), plain(v[1]), plain(v[2]));
+    let light = match report.light {
+        Lit::Directional { to_light } => format!("directional, towards {}", vector(to_light)),
+        Lit::Spot { position, direction, outer_deg, near, range } => format!(
+            "spot light at {}, shining along {}; outer angle {} degrees, near {}, range {}",
+            vector(position),
+            vector(direction),
+            plain(outer_deg),
+            plain(near),
+            plain(range)
+        ),
+        Lit::Point { position, near, range } => {
+            format!("point light at {}; near {}, range {}", vector(position), plain(near), plain(range))
+        }
+    };
     let view = &job.view;
     let lens = match view.lens() {
         Lens::Perspective(s) => format!(
@@ -128,7 +152,7 @@ fn facts(job: &Job, report: &Report) -> Markup {
                     "at " (vector(view.eye().to_array())) ", looking along " (vector(view.forward().to_array())) "; " (lens)
                     "; near " (plain(view.near())) ", far " (plain(view.far()))
                 } }
-                tr { th { "Light" } td { "directional, towards " (vector(report.light.to_light)) } }
+                tr { th { "Light" } td { (light) } }
                 tr { th { "Receivers" } td { (cuboid(&job.receivers)) } }
                 tr { th { "Casters" } td { (cuboid(&job.casters)) } }
                 tr { th { "Sizes" } td { "map " (map_x) " x " (map_y) " texels, picture " (width) " x " (height) " pixels" } }
@@ -139,8 +163,11 @@ fn facts(job: &Job, report: &Report) -> Markup {
 }
 
 fn results(report: &Report) -> Markup {
-    let best = report.techniques.iter().map(|row| row.worst_pixels_per_texel).fold(f64::INFINITY, f64::min);
-    let is_best = |row: &Row, title: &str| title == "worst" && row.worst_pixels_per_texel <= best;
+    let best = |face: Option<&str>| {
+        let rows = report.techniques.iter().filter(|row| row.face == face);
+        rows.map(|row| row.worst_pixels_per_texel).fold(f64::INFINITY, f64::min)
+    };
+    let is_best = |row: &Row, title: &str| title == "worst" && row.worst_pixels_per_texel <= best(row.face);
     html! {
         div.card {
             div.wide { table.results {
@@ -154,6 +181,10 @@ fn results(report: &Report) -> Markup {
             dl {
                 @for column in COLUMNS.iter().skip(1) { dt { (column.title) } dd { (column.meaning) "." } }
             }
+            @for line in without_map(report) { p { (line) } }
+            @for (what, Least { along, across }) in least_errors(report) { p.caption {
+                "Least possible" (what) ": " (plain(along)) " px/texel along the warp, " (plain(across)) " across."
+            } }
             p.caption { "The mean is taken over " (report.mean_over) "." }
         }
     }
@@ -183,7 +214,7 @@ fn legend(rendered: &Result<Rendered, String>) -> Markup {
                     p {
                         "Below them are pictures drawn through the map by " (rendered.device) ": the scene with its shadows, the depth \
                          map (dark is near the light), and the pixels that the longer side of a texel covers on the surfaces that are seen \
-                         (grey: turned away from the light)."
+                         (grey: not in the light)."
                     }
                     (scale())
                 }
@@ -204,27 +235,29 @@ fn scale() -> Markup {
     }
 }
 
-fn technique(job: &Job, report: &Report, row: &Row, pictures: Option<&Pictures>) -> Result<Markup> {
-    let drawing = Drawing::new(job, &report.body.receivers, row);
+fn technique(row: &Row, pictures: Option<&Result<Pictures, String>>) -> Result<Markup> {
+    let drawing = Drawing::new(row);
     Ok(html! {
         section.card {
-            h3 { (row.name) }
-            p.lead { (row.what) }
+            h3 { (row.title()) }
+            p.lead { (row.technique.what) }
             div.pair {
                 figure style="margin:0" { (PreEscaped(drawing.before())) }
                 figure style="margin:0" { (PreEscaped(drawing.after())) }
             }
-            @if let Some(Pictures { shaded, depth, heat }) = pictures {
-                div.drawn {
+            @match pictures {
+                Some(Ok(Pictures { shaded, depth, heat })) => div.drawn {
                     (figure(shaded, "the scene with its shadows")?)
                     (figure(depth, "the depth map")?)
                     (figure(heat, "pixels per texel")?)
-                }
+                },
+                Some(Err(reason)) => p { "There are no drawn pictures: " (reason) "." },
+                None => {}
             }
             p.caption {
                 "Ratio " (plain(row.warp_ratio)) ", worst " (plain(row.worst_pixels_per_texel)) " px/texel, mean "
                 (plain(row.mean_pixels_per_texel)) " px/texel. Lines of the world's grid are "
-                (units(drawing.world_spacing())) " apart."
+                (drawing.units(drawing.world_spacing())) " apart."
             }
         }
     })

@@ -1,7 +1,7 @@
 //! The light's view of the scene, before and after the warp, as SVG.
 
 use shadow_warp::glam::{DMat3, DVec2, DVec3, DVec4};
-use shadow_warp::{Body, ClipSpace, Lens, ShadowMap, Sides, View};
+use shadow_warp::{ClipSpace, Lens, Light, LitBody, ShadowMap, Sides, View};
 use svg::Document;
 use svg::node::element::{Circle, Element, Line, Polygon, Rectangle, SVG, Text};
 
@@ -20,11 +20,14 @@ const MARGIN: f64 = 36.0;
 /// A texel line for every 16th of the map.
 const CELLS: u32 = 16;
 
-/// A technique's map, drawn in the plane across the light: x across, z along, relative to the map's origin.
+/// A technique's map, drawn in a plane across the light: x across, z along, relative to the map's origin. For a light with a
+/// place, the plane at a distance of 1, relative to its axis.
 pub(crate) struct Drawing<'a> {
     job: &'a Job,
-    body: &'a Body,
+    body: &'a LitBody,
     map: &'a ShadowMap,
+    /// Points are drawn as far as they are this far along the axis of a light with a place.
+    nearest: f64,
     /// To clip x, y, w of the map. Along the light nothing changes there, so it is a map of the plane.
     clip_from_plane: DMat3,
     plane_from_clip: DMat3,
@@ -98,21 +101,30 @@ impl Panel {
 }
 
 impl<'a> Drawing<'a> {
-    pub(crate) fn new(job: &'a Job, body: &'a Body, row: &'a Row) -> Self {
-        let (map, space) = (&row.map, row.map.light_space());
-        let rows = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).transpose();
-        let line = |r: DVec4| DVec3::new(r.truncate().dot(space.x), r.truncate().dot(space.z), r.w);
+    pub(crate) fn new(row: &'a Row) -> Self {
+        let Row { job, body, map, .. } = row;
+        let space = map.light_space();
+        let place = place(&job.light);
+        let rows = map.clip_from_world_at(place.unwrap_or(map.origin()), ClipSpace::WGPU).transpose();
+        let line = |r: DVec4| {
+            let along = |axis: DVec3| r.truncate().dot(axis);
+            DVec3::new(along(space.x), along(space.z), if place.is_some() { -along(space.y) } else { r.w })
+        };
         let clip_from_plane = DMat3::from_cols(line(rows.x_axis), line(rows.y_axis), line(rows.w_axis)).transpose();
         let plane_from_clip = clip_from_plane.inverse();
-        let mut drawing = Self { job, body, map, clip_from_plane, plane_from_clip, middle: DVec2::ZERO, half: 1.0 };
+        let (nearest, middle, half) = (1.0, DVec2::ZERO, 1.0);
+        let mut drawing = Self { job, body, map, nearest, clip_from_plane, plane_from_clip, middle, half };
 
-        let seen: Vec<DVec2> = body.vertices().iter().map(|&q| drawing.plane(q + body.origin())).collect();
+        let flat: Vec<DVec3> = body.vertices().iter().map(|&q| drawing.flat(q + body.origin())).collect();
+        drawing.nearest = flat.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+        let seen: Vec<DVec2> = flat.iter().map(|p| p.truncate() / p.z).collect();
         let (low, high) = bounds(&seen);
         let room = 0.75 * (high - low).max_element();
         // Corners of the map, and the eye, where they are not too far away to be shown.
         let corners = SQUARE.iter().filter_map(|&c| drawing.pull_back([c, c])).map(|[p, _]| p);
         let near_by = |p: &DVec2| p.cmpge(low - room).all() && p.cmple(high + room).all();
-        let shown: Vec<DVec2> = corners.chain([drawing.plane(job.view.eye())]).filter(near_by).collect();
+        let eye = drawing.project(&DMat3::IDENTITY, [job.view.eye(); 2]).map(|[eye, _]| eye);
+        let shown: Vec<DVec2> = corners.chain(eye).filter(near_by).collect();
         let (low, high) = bounds(&[seen, shown].concat());
         drawing.middle = 0.5 * (low + high);
         drawing.half = 0.56 * (high - low).max_element().max(f64::MIN_POSITIVE);
@@ -129,7 +141,7 @@ impl<'a> Drawing<'a> {
             }
         }
         self.draw_apex(&mut panel);
-        self.draw_scene(&mut panel, Some, Some);
+        self.draw_scene(&mut panel, &DMat3::IDENTITY);
         let scale = round_down(0.5 * self.half);
         panel.finish(["light space: before the warp", "across the warp (x)", "along the warp (z)"], Some(scale))
     }
@@ -149,12 +161,12 @@ impl<'a> Drawing<'a> {
             for i in 0..=(last - first).clamp(0.0, 64.0) as u32 {
                 let at = axis * (first + f64::from(i)) * spacing;
                 let ends = [at + across * low.dot(across), at + across * high.dot(across)];
-                if let Some(line) = self.push(ends) {
+                if let Some(line) = through(&self.clip_from_plane, ends.map(|p| p.extend(1.0)), LEAST_W) {
                     panel.line(line, WORLD, 0.8, "none");
                 }
             }
         }
-        self.draw_scene(&mut panel, |line| self.push(line), |p| self.push([p, p]).map(|[p, _]| p));
+        self.draw_scene(&mut panel, &self.clip_from_plane);
         panel.finish(["the map: after the warp", "across the map", "up the map"], None)
     }
 
@@ -163,29 +175,30 @@ impl<'a> Drawing<'a> {
         round_down(self.half / 6.0)
     }
 
-    fn draw_scene(
-        &self,
-        panel: &mut Panel,
-        line: impl Fn([DVec2; 2]) -> Option<[DVec2; 2]>,
-        point: impl Fn(DVec2) -> Option<DVec2>,
-    ) {
-        let at = |q: DVec3| self.plane(q + self.body.origin());
-        let vertices = self.body.vertices();
+    /// A length in the plane, in words.
+    pub(crate) fn units(&self, length: f64) -> String {
+        units(length) + if place(&self.job.light).is_some() { " at a distance of 1 from the light" } else { "" }
+    }
+
+    fn draw_scene(&self, panel: &mut Panel, panel_from_plane: &DMat3) {
+        let vertices: Vec<DVec3> = self.body.vertices().iter().map(|&q| q + self.body.origin()).collect();
+        let line = |ends: [DVec3; 2]| self.project(panel_from_plane, ends);
+        let point = |p: DVec3| line([p, p]).map(|[p, _]| p);
         for face in self.body.faces() {
-            let corners: Vec<DVec2> = face.corners().filter_map(|v| point(at(vertices[v]))).collect();
+            let corners: Vec<DVec2> = face.corners().filter_map(|v| point(vertices[v])).collect();
             panel.fill(&corners, BODY, 0.09);
         }
-        for [a, b] in frustum_edges(&self.job.view, self.depth_reach()) {
-            if let Some(ends) = line([self.plane(a), self.plane(b)]) {
+        for edge in frustum_edges(&self.job.view, self.depth_reach()) {
+            if let Some(ends) = line(edge) {
                 panel.line(ends, EYE, 1.4, "6 4");
             }
         }
         for (a, b) in self.body.edges() {
-            if let Some(ends) = line([at(vertices[a]), at(vertices[b])]) {
+            if let Some(ends) = line([vertices[a], vertices[b]]) {
                 panel.line(ends, BODY, 1.5, "none");
             }
         }
-        if let Some(eye) = point(self.plane(self.job.view.eye())) {
+        if let Some(eye) = point(self.job.view.eye()) {
             let [x, y] = panel.place(eye);
             panel.add(Circle::new().set("cx", x).set("cy", y).set("r", 4.5).set("fill", EYE));
         }
@@ -213,23 +226,25 @@ impl<'a> Drawing<'a> {
         }
     }
 
-    fn plane(&self, world: DVec3) -> DVec2 {
-        let (space, q) = (self.map.light_space(), world - self.map.origin());
-        DVec2::new(space.x.dot(q), space.z.dot(q))
+    /// A point of the world in the plane, homogeneous.
+    fn flat(&self, world: DVec3) -> DVec3 {
+        let (space, place) = (self.map.light_space(), place(&self.job.light));
+        let q = world - place.unwrap_or(self.map.origin());
+        DVec3::new(space.x.dot(q), space.z.dot(q), if place.is_some() { -space.y.dot(q) } else { 1.0 })
     }
 
     fn w(&self, p: DVec2) -> f64 {
         (self.clip_from_plane * p.extend(1.0)).z
     }
 
-    /// A line of the plane in the map, without what lies behind the warp's projection centre.
-    fn push(&self, line: [DVec2; 2]) -> Option<[DVec2; 2]> {
-        through(&self.clip_from_plane, line, LEAST_W)
+    /// A line of the world in the plane or in the map, without what lies behind a projection's centre.
+    fn project(&self, panel_from_plane: &DMat3, line: [DVec3; 2]) -> Option<[DVec2; 2]> {
+        through(panel_from_plane, line.map(|p| self.flat(p)), LEAST_W * self.nearest)
     }
 
     /// A line of the map in the plane, without what lies near infinity.
     fn pull_back(&self, line: [DVec2; 2]) -> Option<[DVec2; 2]> {
-        through(&self.plane_from_clip, line, LEAST_W / self.map.warp().ratio())
+        through(&self.plane_from_clip, line.map(|p| p.extend(1.0)), LEAST_W / self.map.warp().ratio())
     }
 
     /// How far to draw the edges of a camera's volume that may have no end.
@@ -246,9 +261,17 @@ const SQUARE: [DVec2; 4] = [DVec2::NEG_ONE, DVec2::new(1.0, -1.0), DVec2::ONE, D
 /// Lines are drawn as far as the denominator, 1 or more on the body, is more than this.
 const LEAST_W: f64 = 0.05;
 
+/// Where a light with a place stands.
+fn place(light: &Light) -> Option<DVec3> {
+    match light {
+        Light::Spot(spot) => Some(spot.position()),
+        _ => None,
+    }
+}
+
 /// Returns a line's picture under a projective map, cut where the denominator falls below its least value.
-fn through(map: &DMat3, line: [DVec2; 2], least: f64) -> Option<[DVec2; 2]> {
-    let [a, b] = line.map(|p| *map * p.extend(1.0));
+fn through(map: &DMat3, line: [DVec3; 2], least: f64) -> Option<[DVec2; 2]> {
+    let [a, b] = line.map(|p| *map * p);
     let (over_a, over_b) = (a.z - least, b.z - least);
     let cut = || a + (b - a) * (over_a / (over_a - over_b));
     let ends = match (over_a >= 0.0, over_b >= 0.0) {
@@ -310,6 +333,6 @@ fn round_down(length: f64) -> f64 {
 }
 
 /// A length with its unit, in words.
-pub(crate) fn units(length: f64) -> String {
+fn units(length: f64) -> String {
     format!("{length} unit{}", if (length - 1.0).abs() < 1e-9 { "" } else { "s" })
 }

@@ -1,13 +1,13 @@
 //! Pixels per texel over depth, for all techniques.
 
-use anyhow::{Result, anyhow};
+use anyhow::{Context, Result, anyhow};
 use plotters::chart::ChartContext;
 use plotters::coord::combinators::{LogCoord, WithKeyPoints};
 use plotters::coord::ranged1d::{Ranged, ValueFormatter};
 use plotters::prelude::*;
-use shadow_warp::{Body, aliasing};
+use shadow_warp::{LitBody, aliasing};
 
-use crate::measure::{Report, Row};
+use crate::measure::Row;
 use crate::table::plain;
 use scenes::Job;
 
@@ -15,7 +15,7 @@ use scenes::Job;
 const SIZE: (u32, u32) = (2000, 900);
 const STEPS: u32 = 240;
 /// Colours that stay apart for colour-blind eyes; they repeat where there are more techniques.
-const COLOURS: [RGBColor; 7] = [
+const COLOURS: [RGBColor; 12] = [
     RGBColor(70, 76, 84),
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -23,6 +23,11 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(204, 121, 167),
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
+    RGBColor(120, 94, 240),
+    RGBColor(140, 86, 50),
+    RGBColor(220, 38, 127),
+    RGBColor(150, 190, 60),
+    RGBColor(0, 60, 80),
 ];
 
 /// For one technique, pairs of depth and pixels per texel.
@@ -30,11 +35,11 @@ type Curve = Vec<(f64, f64)>;
 
 /// Returns the plot. At each depth it shows the worst point of what is seen there, so that the highest point of a curve
 /// is the technique's worst in the table.
-pub(crate) fn depth_plot(job: &Job, report: &Report) -> Result<String> {
-    let body = &report.body.receivers;
-    let depths = depths(job, body);
-    let curve = |row: &Row| depths.iter().filter_map(|&z| Some((z, worst_at(job, body, row, z)?))).collect();
-    let curves: Vec<Curve> = report.techniques.iter().map(curve).collect();
+pub(crate) fn depth_plot(rows: &[Row]) -> Result<String> {
+    let first = rows.first().context("a plot has curves")?;
+    let depths = depths(&first.job, &first.body);
+    let curve = |row: &Row| depths.iter().filter_map(|&z| Some((z, worst_at(row, z)?))).collect();
+    let curves: Vec<Curve> = rows.iter().map(curve).collect();
     let values = curves.iter().flatten().map(|point| point.1);
     let (low, high) = values.fold((f64::INFINITY, 0.0), |(low, high), x| (x.min(low), x.max(high)));
     let up = logarithmic(low / 1.3, high * 1.3);
@@ -46,12 +51,12 @@ pub(crate) fn depth_plot(job: &Job, report: &Report) -> Result<String> {
         let mut chart = ChartBuilder::on(&area);
         chart.margin(20).x_label_area_size(96).y_label_area_size(130);
         // Depths of an orthographic camera may be negative.
-        let drawn = if job.view.is_perspective() {
+        let drawn = if first.job.view.is_perspective() {
             let across = logarithmic(near / 1.03, far * 1.03);
-            chart.build_cartesian_2d(across, up).and_then(|chart| draw(chart, report, &curves))
+            chart.build_cartesian_2d(across, up).and_then(|chart| draw(chart, rows, &curves))
         } else {
             let room = 0.02 * (far - near).max(1e-9 * near.abs().max(far.abs())).max(f64::MIN_POSITIVE);
-            chart.build_cartesian_2d(near - room..far + room, up).and_then(|chart| draw(chart, report, &curves))
+            chart.build_cartesian_2d(near - room..far + room, up).and_then(|chart| draw(chart, rows, &curves))
         };
         drawn.and_then(|()| area.present()).map_err(|error| anyhow!("plot: {error}"))?;
     }
@@ -62,7 +67,7 @@ type Drawn = std::result::Result<(), DrawingAreaErrorKind<std::io::Error>>;
 
 fn draw<'a, X>(
     mut chart: ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, WithKeyPoints<LogCoord<f64>>>>,
-    report: &Report,
+    rows: &[Row],
     curves: &[Curve],
 ) -> Drawn
 where
@@ -80,11 +85,11 @@ where
         .bold_line_style(BLACK.mix(0.16))
         .light_line_style(BLACK.mix(0.05))
         .draw()?;
-    for (i, (row, curve)) in report.techniques.iter().zip(curves).enumerate() {
+    for (i, (row, curve)) in rows.iter().zip(curves).enumerate() {
         let colour = COLOURS[i % COLOURS.len()];
         chart
             .draw_series(LineSeries::new(curve.iter().copied(), colour.stroke_width(4)))?
-            .label(row.name)
+            .label(row.title())
             .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 40, y)], colour.stroke_width(6)));
     }
     chart
@@ -112,7 +117,7 @@ fn logarithmic(low: f64, high: f64) -> WithKeyPoints<LogCoord<f64>> {
 }
 
 /// The depths of the curves' points: evenly spread on the axis, and those of the body's vertices, where the peaks are.
-fn depths(job: &Job, body: &Body) -> Vec<f64> {
+fn depths(job: &Job, body: &LitBody) -> Vec<f64> {
     let mut depths: Vec<f64> = body.vertices().iter().map(|&q| job.depth(body, q)).collect();
     depths.sort_by(f64::total_cmp);
     if let (Some(&near), Some(&far)) = (depths.first(), depths.last()) {
@@ -127,9 +132,10 @@ fn depths(job: &Job, body: &Body) -> Vec<f64> {
     depths
 }
 
-/// The worst point of the body's section at a depth. On a section pixels per texel only grow with the warp's
-/// denominator, so the worst point is a corner: where an edge crosses.
-fn worst_at(job: &Job, body: &Body, row: &Row, z: f64) -> Option<f64> {
+/// The worst point of the body's section at a depth. On a section pixels per texel are a convex function, so the worst
+/// point is a corner: where an edge crosses.
+fn worst_at(row: &Row, z: f64) -> Option<f64> {
+    let Row { job, body, .. } = row;
     let vertices = body.vertices();
     let crossings = body.edges().filter_map(|(a, b)| {
         let (p, q) = (vertices[a], vertices[b]);

@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use crate::measure::{Report, Rounding, Row};
+use crate::measure::{Least, Refused, Report, Rounding, Row};
 
 pub(crate) struct Column {
     pub(crate) title: &'static str,
@@ -12,7 +12,7 @@ pub(crate) struct Column {
 }
 
 pub(crate) const COLUMNS: &[Column] = &[
-    Column { title: "technique", unit: "", meaning: "how the map is made", cell: |row| row.name.to_owned() },
+    Column { title: "technique", unit: "", meaning: "how the map is made", cell: Row::title },
     Column {
         title: "excess",
         unit: "eta",
@@ -31,6 +31,13 @@ pub(crate) const COLUMNS: &[Column] = &[
         meaning: "pixels of the picture that the longer side of a texel covers, at the worst point of what is seen; \
                   1 is perfect, 10 shows steps of ten pixels. Exact: the worst point is a vertex of the body",
         cell: |row| short(row.worst_pixels_per_texel),
+    },
+    Column {
+        title: "over least",
+        unit: "times",
+        meaning: "the worst over the least possible: over the larger of two bounds, along the warp for any spacing of texels (not \
+                  only by a warp), and across it for any warp. For maps on the view's own axes, which the bounds are for",
+        cell: |row| row.worst_over_least.map_or("-".to_owned(), short),
     },
     Column {
         title: "mean",
@@ -98,6 +105,34 @@ pub(crate) fn plain(x: f64) -> String {
     if needless { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
+impl Row {
+    /// The technique, with the face of a point light.
+    pub(crate) fn title(&self) -> String {
+        titled(self.name, self.face)
+    }
+}
+
+fn titled(name: &str, face: Option<&str>) -> String {
+    face.map_or(name.to_owned(), |face| format!("{name} {face}"))
+}
+
+/// What has no map, and why: faces of a point light that need none, and techniques that refuse.
+pub(crate) fn without_map(report: &Report) -> Vec<String> {
+    let faces = report.faces.iter().filter_map(|face| Some((face.face, face.reason.as_ref()?)));
+    let faces = faces.map(|(face, reason)| format!("face {face} needs no map: {reason}."));
+    let refused = report.refused.iter().map(|Refused { name, face, reason }| {
+        let title = titled(name, *face);
+        format!("{title} has no map: {reason}.")
+    });
+    faces.chain(refused).collect()
+}
+
+/// The least errors, with the name of the face of a point light.
+pub(crate) fn least_errors(report: &Report) -> Vec<(String, Least)> {
+    let faces = report.faces.iter().filter_map(|face| Some((format!(" on face {}", face.face), face.least_errors?)));
+    report.least_errors.map(|least| (String::new(), least)).into_iter().chain(faces).collect()
+}
+
 /// The table as text, or the reason why there is none.
 pub(crate) fn text(report: &Report) -> String {
     if let Some(reason) = &report.reason {
@@ -123,7 +158,15 @@ pub(crate) fn text(report: &Report) -> String {
         });
         let _ = writeln!(out, "{}", cells.collect::<Vec<_>>().join("  ").trim_end());
     }
-    let _ = writeln!(out, "\nmean over {}.", report.mean_over);
+    out.push('\n');
+    for line in without_map(report) {
+        let _ = writeln!(out, "{line}");
+    }
+    for (what, Least { along, across }) in least_errors(report) {
+        let _ =
+            writeln!(out, "least possible{what}: {} px/texel along the warp, {} across.", short(along), short(across));
+    }
+    let _ = writeln!(out, "mean over {}.", report.mean_over);
     let _ = writeln!(out, "setup: the fastest of 301 batches of 16 runs, from the camera to the matrix.");
     let _ = writeln!(out, "f32: largest displacement of a receiver vertex (in brackets the proven bound).");
     out
