@@ -141,7 +141,7 @@ pub enum Rule {
     ///
     /// Domain: no receiver's shadow may fall behind the eye, or `w` is not positive for it; so mostly for a scene
     /// that is little more than its ground, and a light that does not shine from ahead. [`Error::Unsupported`]
-    /// elsewhere, and for a light in the plane. Elsewhere in space the error is as
+    /// elsewhere, and for a light or a camera in the plane. Elsewhere in space the error is as
     /// [`Fit::worst_texel`](crate::Fit::worst_texel) says: it grows where the camera, seen along the light from the plane,
     /// comes nearer.
     Plane(Plane),

@@ -383,3 +383,18 @@ fn far_from_the_origin() {
         assert_eq!(hopeless, Error::BeyondF32 { texels: f64::INFINITY });
     });
 }
+
+#[test]
+fn planes_seen_edge_on() {
+    let scene = Bounds::new(DVec3::new(-20.0, 0.0, -20.0), DVec3::new(20.0, 5.0, 20.0)).unwrap();
+    let light = Light::directional(DVec3::new(0.4, 0.9, -0.3)).unwrap();
+    let sides = Sides::centred(10.0, 8.0);
+    let level = View::orthographic(DVec3::Y, DVec3::Z, DVec3::Y, sides, -5.0..30.0).unwrap();
+    let bent = View::orthographic(DVec3::Y, DVec3::new(0.0, -0.5, 1.0), DVec3::Y, sides, -5.0..30.0).unwrap();
+    for (view, serves) in [(level, false), (bent, true)] {
+        let seen = [Body::visible(&view, &scene)];
+        let plane = Plane::new(DVec3::Y, DVec3::ZERO).unwrap();
+        let map = Fit::new(&view, &light, &scene, &seen).solve(Rule::Plane(plane));
+        assert!(map.is_ok() == serves && (serves || matches!(map, Err(Error::Unsupported { .. }))), "{map:?}");
+    }
+}

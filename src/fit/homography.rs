@@ -36,8 +36,9 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     // The depth of the camera's picture is 1 where it has no perspective.
     let depth = if view.is_perspective() { along(view.forward()) } else { DVec4::W };
     let at_light = plane.dot(frame.light);
-    // Seen from a light in it, the plane is a line.
-    if at_light.abs() <= ROUNDING * plane.abs().dot(frame.light.abs()) {
+    // Seen from a light or a camera in it, the plane is a line.
+    let camera = if view.is_perspective() { frame.to_eye().extend(1.0) } else { view.forward().extend(0.0) };
+    if [frame.light, camera].iter().any(|from| plane.dot(*from).abs() <= ROUNDING * plane.abs().dot(from.abs())) {
         return Err(refused);
     }
     let cast = |row: DVec4| row * at_light - plane * row.dot(frame.light);
