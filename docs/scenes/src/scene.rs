@@ -211,7 +211,7 @@ impl Job {
         let is_between = if self.face.is_some() {
             along >= from_light.abs().max_element()
         } else {
-            (from_light - spot.direction() * along).length() <= along * spot.outer_angle().tan()
+            spot.direction().angle_between(from_light) <= spot.outer_angle()
         };
         is_between && spot.near() <= along && along <= spot.range()
     }

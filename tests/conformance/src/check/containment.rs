@@ -47,7 +47,8 @@ impl Containment {
         if self.texels < 1_000 {
             failures.push(format!("only {} texels were compared", self.texels));
         }
-        if !(self.slack.abs() <= 1.1 * self.margin + 1e-3) {
+        let touches = self.slack.abs() <= 1.1 * self.margin + 1e-3;
+        if !touches {
             failures.push(format!("the body is {} texels from touching a side", self.slack));
         }
         failures
