@@ -101,21 +101,22 @@ impl LightSpace {
     }
 
     /// Returns two unit vectors perpendicular to `y` and to each other that depend on `y` alone, with the orientation
-    /// of `x` and `z`. They are continuous in `y` but for one direction, against (1, 1, 1): below the horizon, whichever axis of
-    /// the world points up. (Somewhere every such choice must jump: a sphere cannot be combed.)
+    /// of `x` and `z`: the world's x axis, turned with the world's y axis into `y`, the shorter way. They are continuous but
+    /// for light from right below, against the world's y axis. (Somewhere every such choice must jump: a sphere cannot be
+    /// combed.)
     ///
-    /// Form: the least turn that takes `s = (1, 1, 1)/sqrt 3` to `y` takes `a`, which is perpendicular to `s`, to its mirror
-    /// image in the plane across `s + y`. The `a` here is what makes it `(1, 0, 0)` for light along the world's y axis.
+    /// Form: the turn takes the x axis to its mirror image in the plane across the sum of the y axis and `y`.
     #[must_use]
     pub fn fixed_axes(&self) -> [DVec3; 2] {
-        let root = sqrt(3.0);
-        let a = DVec3::new(3.0 + root, -2.0 * root, root - 3.0) / 6.0;
-        let half_way = self.y + DVec3::splat(1.0 / root);
+        let y = self.y;
+        // 1 + y.y, for a unit vector: without its cancellation, opposite to the y axis.
+        let rise = if y.y < 0.0 { (y.x * y.x + y.z * y.z) / (1.0 - y.y) } else { 1.0 + y.y };
+        let half_way = DVec3::new(y.x, rise, y.z);
         let length = half_way.length_squared();
-        let turned = if length > 0.0 { a - half_way * (2.0 * a.dot(half_way) / length) } else { a };
-        // Next to that one direction rounding is all there is of `s + y`.
-        let across = turned - self.y * turned.dot(self.y);
+        let turned = if length > 0.0 { DVec3::X - half_way * (2.0 * half_way.x / length) } else { DVec3::X };
+        // Next to that one direction rounding is all there is of the sum.
+        let across = turned - y * turned.dot(y);
         let x = across / sqrt(across.length_squared());
-        [x, self.y.cross(x)]
+        [x, y.cross(x)]
     }
 }

@@ -91,9 +91,9 @@ impl<const SPOT: bool> Prepared<SPOT> {
 }
 
 /// With axes that do not turn with the view, the ratio of a warp that does not fade out by itself is at most the fourth power
-/// of one plus this times the sine of the angle between light and view, whose logarithm has a slope of at most 25: where
-/// the two are parallel a warp has no direction, and must vanish to be continuous. At 6 degrees this is 7.5.
-const FADE: f64 = 6.25;
+/// of one plus this times the sine of the angle between light and view, whose logarithm has a slope of at most 16: where
+/// the two are parallel a warp has no direction, and must vanish to be continuous. At 6 degrees this is 4.0.
+const FADE: f64 = 4.0;
 
 /// The receivers measured, and the warp that a rule chooses for them.
 #[inline(always)]

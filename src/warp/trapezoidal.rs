@@ -1,6 +1,7 @@
 //! Trapezoidal shadow maps: a point of the line of sight is put on a line of the map.
 
 use super::{Slab, ViewAxis};
+use crate::math::{max, min};
 
 /// The trapezoidal rule: the point at the focus is put on a line of the map, so that what lies before it has that
 /// share of the map.
@@ -19,7 +20,7 @@ pub struct TrapezoidalRule {
     /// [`Fit::warp_depths`](crate::Fit::warp_depths)): from 0, the nearest, to 1, the furthest. By default 0.2.
     pub focus: f64,
     /// The line of the map that it is put on, as a share of the map, from the near side: by default 0.8, as in the paper.
-    /// 1 and more is the strongest warp there is; not more than the focus' own place is none.
+    /// 1 and more is the strongest warp there is, the camera's own; not more than the focus' own place is none.
     pub line: f64,
     /// Whether the warp fades out as light and view become parallel. The paper's does not: its ratio tends to
     /// `line/(1 - line)`, 4, while its axis becomes undefined, and it then jumps to the uniform map. Faded, the excess is
@@ -45,8 +46,8 @@ impl TrapezoidalRule {
     ///
     /// Form: the reciprocal of the paper's `eta`, which is infinite for a focus that is on the line without any warp (the
     /// eight matrices have no point to meet in there). Limits: 0 for a focus beyond that line, where the paper's warp
-    /// gives the far side more, not less; the greatest excess for a focus at the top line or before it; 0 where it
-    /// lies behind a spot light. A body without extent, all of whose corners are collinear or one, is fitted as if it had some
+    /// gives the far side more, not less; at most that of the camera's own perspective, `z_f/z_n - 1`, for a focus just after
+    /// the top line, on it, or before it, where the paper's is infinite; 0 where it lies behind a spot light. A body without extent, all of whose corners are collinear or one, is fitted as if it had some
     /// (see [`Fit::solve`](crate::Fit::solve)).
     /// Domain: `focus` and `line` of any value; not a number counts as 0.
     #[must_use]
@@ -55,12 +56,13 @@ impl TrapezoidalRule {
         let depth = slab.near + focus * (slab.far - slab.near);
         let Some([t, _]) = axis.at(depth) else { return 0.0 };
         let s = self.line;
-        // NaN is no warp.
+        // The camera's own perspective; NaN is no warp.
+        let most = max((slab.far - slab.near) / slab.near, 0.0);
         let above = s - t;
         let excess = if above > 0.0 && (t <= 0.0 || s >= 1.0) {
-            super::Warp::MAX_EXCESS
+            most
         } else if above > 0.0 {
-            (above / ((1.0 - s) * t)).min(super::Warp::MAX_EXCESS)
+            min(above / ((1.0 - s) * t), most)
         } else {
             0.0
         };

@@ -45,11 +45,11 @@ def frame(forward, up, to_light):
 
 
 def fixed_axes(y):
-    root = sqrt(mpf(3))
-    a = [(3 + root) / 6, -root / 3, (root - 3) / 6]
-    half_way = [c + 1 / root for c in y]
-    mirror = 2 * dot(a, half_way) / dot(half_way, half_way)
-    x = [c - mirror * h for c, h in zip(a, half_way)]
+    y = unit(y)
+    half_way = [y[0], y[1] + 1, y[2]]
+    length = dot(half_way, half_way)
+    mirror = 2 * half_way[0] / length if length else mpf(0)
+    x = [c - mirror * h for c, h in zip([mpf(1), mpf(0), mpf(0)], half_way)]
     return x, cross(y, x)
 
 

@@ -76,7 +76,7 @@ fn focus_lands_on_its_line() {
         let eta = map.warp().excess();
         // Where it is before the lamp, the warp is not faded, and not as strong as f64 carries here.
         let most = scene.fit().solve(Rule::Explicit(Warp::new(Warp::MAX_EXCESS).unwrap())).unwrap().warp().excess();
-        let is_free = eta > 0.0 && eta < 0.999 * most;
+        let is_free = eta > 0.0 && eta < 0.999 * most.min(far / near - 1.0);
         if rule.fade || base(scene, q + map.origin()) <= 0.0 || !is_free || along <= 1e-5 * across.max(height) {
             return;
         }
@@ -89,7 +89,7 @@ fn focus_lands_on_its_line() {
         if scene.light.as_directional().is_ok() { suns += 1 } else { lamps += 1 }
     });
     println!("{suns} {lamps}");
-    assert!(suns > 300 && lamps > 50, "{suns} {lamps}");
+    assert!(suns > 250 && lamps > 40, "{suns} {lamps}");
 }
 
 /// LSP-31: the corners of the map, seen along the light, are the paper's trapezoid; its eight matrices make the same map.
@@ -136,7 +136,7 @@ fn eight_matrices_make_the_same_map() {
 fn excess_is_the_reciprocal_of_the_papers() {
     let mut worst = Worst::new("the excess of the trapezoidal rule");
     let mut random = Random::new(37);
-    let slab = Slab { near: 0.0, far: 1.0, extent: 1.0, sin_gamma: 1.0 };
+    let slab = Slab { near: 1e-12, far: 1.0, extent: 1.0, sin_gamma: 1.0 };
     for case in 0..20 * CASES {
         let (lambda, line) = (random.log_between(1e-3, 1e6), random.between(0.01, 0.99));
         let delta = lambda * line * random.log_between(1e-3, 0.999);
@@ -155,17 +155,18 @@ fn excess_is_the_reciprocal_of_the_papers() {
         let t = 0.8 - below;
         assert!((at(t, 0.8) / ((0.8 - t) / (0.2 * t)) - 1.0).abs() < 1e-14, "{below}");
     }
-    // Beyond the line, and on it, nothing; at the top line or before it, everything.
+    // Beyond the line, and on it, nothing; at the top line or before it, the camera's own perspective.
+    let most = slab.far / slab.near - 1.0;
     for (t, line, expected) in [
         (0.8, 0.8, 0.0),
         (0.9, 0.8, 0.0),
         (1.5, 0.8, 0.0),
-        (0.0, 0.8, Warp::MAX_EXCESS),
-        (-0.5, 0.8, Warp::MAX_EXCESS),
-        (1e-300, 0.8, Warp::MAX_EXCESS),
-        (0.5, 1.0, Warp::MAX_EXCESS),
-        (1.0, f64::INFINITY, Warp::MAX_EXCESS),
-        (0.5, f64::INFINITY, Warp::MAX_EXCESS),
+        (0.0, 0.8, most),
+        (-0.5, 0.8, most),
+        (1e-300, 0.8, most),
+        (0.5, 1.0, most),
+        (1.0, f64::INFINITY, most),
+        (0.5, f64::INFINITY, most),
         (0.5, f64::NEG_INFINITY, 0.0),
         (0.5, f64::NAN, 0.0),
         (0.5, 0.0, 0.0),

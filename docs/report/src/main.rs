@@ -7,6 +7,7 @@ mod page;
 mod picture;
 mod plot;
 mod rendered;
+mod survey;
 mod table;
 
 use std::io::{ErrorKind, Read, Write};
@@ -42,6 +43,9 @@ struct Cli {
     /// Print the results as JSON, and nothing else.
     #[arg(long)]
     json: bool,
+    /// Print the survey of the techniques over some hundreds of settings, and nothing else: `docs/survey.md`.
+    #[arg(long, conflicts_with_all = ["scene", "gltf", "out", "figures", "json"])]
+    survey: bool,
 }
 
 const EMBEDDED: &str = include_str!("../scenes/paper.json");
@@ -68,6 +72,10 @@ fn main() -> ExitCode {
 }
 
 fn run(cli: &Cli) -> Result<()> {
+    if cli.survey {
+        std::io::stdout().write_all(survey::page()?.as_bytes())?;
+        return Ok(());
+    }
     let Source { name, scene, notes, file } = read(cli)?;
     let job = scene.validated().with_context(|| name.clone())?;
     let report = measure::report(&name_of(&name), scene, notes, &job).with_context(|| name)?;
