@@ -10,7 +10,7 @@ use super::frame::{Frame, Measures};
 use crate::basis::LightSpace;
 use crate::error::Error;
 use crate::map::ShadowMap;
-use crate::math::{max, min, sqrt};
+use crate::math::{max, sqrt};
 use crate::plane::Plane;
 use crate::warp::{PerspectiveRule, Warp, perspective_rows};
 
@@ -41,7 +41,7 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     if [frame.light, camera].iter().any(|from| plane.dot(*from).abs() <= ROUNDING * plane.abs().dot(from.abs())) {
         return Err(refused);
     }
-    let cast = |row: DVec4| row * at_light - plane * row.dot(frame.light);
+    let cast = |row: DVec4| (row * at_light - plane * row.dot(frame.light)) * at_light.signum();
     let rows = [
         cast(along(view.right())),
         cast(along(view.up())),
@@ -51,49 +51,50 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     fit::<SPOT>(frame, &measures, rows).ok_or(refused)
 }
 
-/// Fits a map to the receivers: rows `u`, `v`, height and `w`, where `height/w` grows towards the light. `None` if `w` does
-/// not have one sign on them.
+/// Fits a map to the receivers: rows `u`, `v`, height and `w`, where `height/w` grows towards the light. `None` if `w` is
+/// not positive on them, or not known to be.
 fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: [DVec4; 4]) -> Option<ShadowMap> {
     let base = frame.base;
-    let (mut ratio, mut size) = (Extent::NONE, 0.0);
-    frame.each::<SPOT>(|vertices, shift| {
-        for vertex in vertices {
-            let q = *vertex + shift;
-            ratio.include(at(w, q) / if SPOT { at(base, q) } else { 1.0 });
-            size = max(w.truncate().abs().dot(q.abs()) + w.w.abs(), size);
-        }
-    });
-    // With the other sign everywhere it is the same map.
-    let sign = if ratio.high < 0.0 { -1.0 } else { 1.0 };
-    let least = min(ratio.low.abs(), ratio.high.abs());
-    let one_sign = ratio.low * ratio.high > 0.0;
-    let accurate = max(ratio.low.abs(), ratio.high.abs()) <= Warp::MAX_EXCESS * least;
-    let beyond_rounding = SPOT || least > ROUNDING * size;
-    if !(one_sign && accurate && beyond_rounding) {
-        return None;
-    }
-    let [u, v, w] = [u, v, w].map(|row| row * (sign / least));
-    let excess = max(ratio.low.abs(), ratio.high.abs()) / least - 1.0;
-
-    // The warp's own axes, and the rows as functions of places in light space: across, along, constant.
+    // The warp's own axes: `z` along the gradient of `w`.
     let in_plane = |row: DVec4, axis: glam::DVec3| row.truncate().dot(axis);
     let [g_x, g_z] = [in_plane(w, frame.space.x), in_plane(w, frame.space.z)];
     let gradient = sqrt(g_x * g_x + g_z * g_z);
-    let (z, y) = (frame.space.x * g_x + frame.space.z * g_z, frame.space.y);
-    let space = if excess > 0.0 && gradient > 0.0 {
-        let z = z / gradient;
+    let y = frame.space.y;
+    let space = if gradient > 0.0 {
+        let z = (frame.space.x * g_x + frame.space.z * g_z) / gradient;
         LightSpace { x: z.cross(y), y, z, ..frame.space }
     } else {
         frame.space
     };
+    let x_row = if SPOT { space.x.extend(-space.x.dot(frame.light.truncate())) } else { space.x.extend(0.0) };
+
+    let (mut ratio, mut x_extent) = (Extent::NONE, Extent::NONE);
+    frame.each::<SPOT>(|vertices, shift| {
+        for vertex in vertices {
+            let q = *vertex + shift;
+            let per_base = if SPOT { 1.0 / at(base, q) } else { 1.0 };
+            ratio.include(at(w, q) * per_base);
+            x_extent.include(at(x_row, q) * per_base);
+        }
+    });
+    let of = |measure: fn(Extent) -> f64| {
+        let Measures { across, along, height, .. } = measures;
+        max(measure(*across), max(measure(*along), measure(*height)))
+    };
+    let rounding =
+        if SPOT { 0.0 } else { ROUNDING * (w.truncate().abs().element_sum() * of(Extent::reach) + w.w.abs()) };
+    if !(ratio.low > rounding && ratio.high <= Warp::MAX_EXCESS * ratio.low) {
+        return None;
+    }
+    let [u, v, w] = [u, v, w].map(|row| row / ratio.low);
+    let excess = ratio.size() / ratio.low;
+    // The rows as functions of places in light space: across, along, constant.
     let constant = |row: DVec4| if SPOT { -in_plane(row, y) } else { row.w };
     let place = |row: DVec4| [in_plane(row, space.x), in_plane(row, space.z), constant(row)];
 
     // In the family's units: height is 1 at a spot light, and grows by 1 in world length towards a light at infinity.
     let height = height / height.dot(frame.light);
-    let x_row = if SPOT { space.x.extend(-space.x.dot(frame.light.truncate())) } else { space.x.extend(0.0) };
     let ([u_extent, v_extent], depths) = frame.fractions::<2, SPOT>([u, v], height, w);
-    let [x_extent] = frame.fractions_of_receivers::<1, SPOT>([x_row], base);
     let greatest = max(u_extent.size(), v_extent.size());
     let floor = least_size(greatest, max(u_extent.reach(), v_extent.reach()));
     let (u_extent, v_extent) = (u_extent.at_least(floor), v_extent.at_least(floor));
@@ -124,9 +125,7 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
 
     let depths = if SPOT { frame.with_spot_casters(depths, measures, [x, y], height, w) } else { depths };
     // A body that is flat towards the light is fitted as by the family.
-    let Measures { across, along, height: towards, .. } = measures;
-    let of = |measure: fn(Extent) -> f64| max(measure(*across), max(measure(*along), measure(*towards)));
-    let [size, reach] = if SPOT { [towards.high, 0.0] } else { [of(Extent::size), of(Extent::reach)] };
+    let [size, reach] = if SPOT { [measures.height.high, 0.0] } else { [of(Extent::size), of(Extent::reach)] };
     let distance = max(depths.reach(), max(reach, frame.fit.greatest_shift(frame.origin)) / (1.0 + excess));
     let depths = depths.at_least(least_size(size / (1.0 + excess), distance));
     let z = (depths.high * w - height) / depths.size();
