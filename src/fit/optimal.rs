@@ -114,18 +114,16 @@ pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> 
         return Ok((prepared, ratio - 1.0));
     };
     let mut points = [Point::NONE; FEW];
-    // The worst along the warp without one (of several the one where the body begins), and with one without end.
-    let (mut first, mut last, mut most_at_once, mut most_in_the_end) = (0, 0, [0.0, 0.0], 0.0);
-    for (number, place) in places.iter().enumerate() {
+    // The worst along the warp without one, and with one without end.
+    let (mut first, mut last, mut most_at_once, mut most_in_the_end) = (0, 0, 0.0, 0.0);
+    for ((number, place), slot) in places.iter().enumerate().zip(&mut points) {
         let point = all.point(place);
-        points[number] = point;
+        *slot = point;
         let in_the_end = point.end * point.end * point.along;
+        first = if point.along > most_at_once { number } else { first };
         last = if in_the_end > most_in_the_end { number } else { last };
+        most_at_once = max(point.along, most_at_once);
         most_in_the_end = max(in_the_end, most_in_the_end);
-        let at_once = [point.along, point.start];
-        if at_once > most_at_once {
-            (first, most_at_once) = (number, at_once);
-        }
     }
     let points = &points[..len];
     let known = match objective {
