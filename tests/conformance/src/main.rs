@@ -19,7 +19,7 @@ use shadow_warp::glam::DVec3;
 use shadow_warp::{Rule, Warp};
 
 const INTRODUCTION: &str = include_str!("introduction.md");
-/// Printed by `mutants.sh`.
+/// Printed by `tests/mutants.sh rasteriser`.
 const MUTANTS: &str = include_str!("mutants.md");
 
 /// Measures every technique on every Vulkan driver that there is, and prints tables in Markdown.
