@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use anyhow::{Context, Result};
 use fastrand::Rng;
-use shadow_warp::glam::{DVec3, dvec3};
+use shadow_warp::glam::{DVec2, DVec3, dvec3};
 use shadow_warp::{Axes, Body, Bounds, Error, Fit, Light, Objective, Rule, View};
 
 use crate::table::short;
@@ -40,19 +40,20 @@ fn between(random: &mut Rng, range: &std::ops::Range<f64>) -> f64 {
 }
 
 /// As many of each order of magnitude.
+#[expect(clippy::disallowed_methods, reason = "the library's numbers do not depend on it")]
 fn spread(random: &mut Rng, low: f64, high: f64) -> f64 {
     low * (high / low).powf(random.f64())
 }
 
 fn direction(azimuth: f64, elevation: f64) -> DVec3 {
-    let (a, e) = (azimuth.to_radians(), elevation.to_radians());
-    dvec3(a.sin() * e.cos(), e.sin(), a.cos() * e.cos())
+    let [a, e] = [azimuth, elevation].map(|angle| DVec2::from_angle(angle.to_radians()));
+    dvec3(a.y * e.x, e.y, a.x * e.x)
 }
 
 fn camera(random: &mut Rng, eye: DVec3, forward: DVec3, roll: f64) -> Result<View, Error> {
     let level = View::perspective(eye, forward, DVec3::Y, 1.0, 1.0, 1.0..2.0)?;
-    let roll = (roll * (2.0 * random.f64() - 1.0)).to_radians();
-    let up = level.up() * roll.cos() + level.right() * roll.sin();
+    let roll = DVec2::from_angle((roll * (2.0 * random.f64() - 1.0)).to_radians());
+    let up = level.up() * roll.x + level.right() * roll.y;
     let fov = between(random, &(30.0..100.0)).to_radians();
     let near = spread(random, 0.1, 2.0);
     let far = if random.f64() < 0.25 { f64::INFINITY } else { spread(random, 100.0, 5000.0) };
@@ -78,10 +79,10 @@ fn outside(
 
 fn parallel(random: &mut Rng) -> Result<Setting, Error> {
     let Setting { view, bounds, .. } = outside(random, 10.0..90.0, 5.0..60.0, 0.0)?;
-    let (angle, turn) = ((20.0 * random.f64()).to_radians(), std::f64::consts::TAU * random.f64());
-    let across = view.right() * turn.cos() + view.up() * turn.sin();
+    let [angle, turn] = [20.0, 360.0].map(|most| DVec2::from_angle((most * random.f64()).to_radians()));
+    let across = view.right() * turn.x + view.up() * turn.y;
     let sign = if random.bool() { 1.0 } else { -1.0 };
-    let light = Light::directional(sign * view.forward() * angle.cos() + across * angle.sin())?;
+    let light = Light::directional(sign * view.forward() * angle.x + across * angle.y)?;
     Ok(Setting { view, light, bounds })
 }
 
