@@ -66,45 +66,39 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
     } else {
         frame.space
     };
-    let x_row = if SPOT { space.x.extend(-space.x.dot(frame.light.truncate())) } else { space.x.extend(0.0) };
-
-    let (mut ratio, mut x_extent) = (Extent::NONE, Extent::NONE);
-    frame.each::<SPOT>(|vertices, shift| {
-        for vertex in vertices {
-            let q = *vertex + shift;
-            let per_base = if SPOT { 1.0 / at(base, q) } else { 1.0 };
-            ratio.include(at(w, q) * per_base);
-            x_extent.include(at(x_row, q) * per_base);
-        }
-    });
+    // In the family's units: height is 1 at a spot light, and grows by 1 in world length towards a light at infinity.
+    let height = height / height.dot(frame.light);
+    let ([u_extent, v_extent, per_ratio], depths) = frame.fractions::<3, SPOT>([u, v, base], height, w);
+    // `w/base` over the receivers: not positive somewhere, and its reciprocal is not either, or has no bound.
+    let ratio = Extent { low: 1.0 / per_ratio.high, high: 1.0 / per_ratio.low };
     let of = |measure: fn(Extent) -> f64| {
         let Measures { across, along, height, .. } = measures;
         max(measure(*across), max(measure(*along), measure(*height)))
     };
     let rounding =
         if SPOT { 0.0 } else { ROUNDING * (w.truncate().abs().element_sum() * of(Extent::reach) + w.w.abs()) };
-    if !(ratio.low > rounding && ratio.high <= Warp::MAX_EXCESS * ratio.low) {
+    if !(per_ratio.low > 0.0 && ratio.low > rounding && ratio.high <= Warp::MAX_EXCESS * ratio.low) {
         return None;
     }
     let [u, v, w] = [u, v, w].map(|row| row / ratio.low);
+    let depths = Extent { low: depths.low * ratio.low, high: depths.high * ratio.low };
     let excess = ratio.size() / ratio.low;
     // The rows as functions of places in light space: across, along, constant.
     let constant = |row: DVec4| if SPOT { -in_plane(row, y) } else { row.w };
     let place = |row: DVec4| [in_plane(row, space.x), in_plane(row, space.z), constant(row)];
 
-    // In the family's units: height is 1 at a spot light, and grows by 1 in world length towards a light at infinity.
-    let height = height / height.dot(frame.light);
-    let ([u_extent, v_extent], depths) = frame.fractions::<2, SPOT>([u, v], height, w);
     let greatest = max(u_extent.size(), v_extent.size());
     let floor = least_size(greatest, max(u_extent.reach(), v_extent.reach()));
     let (u_extent, v_extent) = (u_extent.at_least(floor), v_extent.at_least(floor));
 
-    // The derivatives of the picture where w is 1, at the eye's place across the warp.
+    // The derivatives of the picture where w is 1; across the warp where the body is nearest to the eye.
     let [_, w_z, w_0] = place(w);
-    let eye = frame.to_eye();
-    let eye_base = at(base, eye);
-    // Where the eye is, as for the family; an eye behind a spot light is in no picture.
-    let centre = if eye_base > 0.0 { x_extent.clamp(at(x_row, eye) / eye_base) } else { x_extent.middle() };
+    let (eye, eye_base) = (frame.to_eye(), at(base, frame.to_eye()));
+    let nearest = |row: DVec4, extent: Extent| {
+        if eye_base > 0.0 { extent.clamp(at(row, eye) / eye_base) } else { extent.middle() }
+    };
+    let nearest = frame.space.x * nearest(frame.x, measures.across) + frame.space.z * nearest(frame.z, measures.along);
+    let centre = space.x.dot(nearest);
     let derivative = |row: DVec4| {
         let [r_x, r_z, r_0] = place(row);
         // r_z - (r/w) w_z, without the place itself, which is far away for a weak warp.

@@ -277,7 +277,9 @@ fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
     if let (Piece::Along(p), Piece::Along(q)) = (falling, growing) {
         // Both are squares, but for the ratio, of functions that are linear.
         let (a, b) = (sqrt(p.along), sqrt(q.along));
-        return (a * p.start - b * q.start) / (b * q.end - a * p.end);
+        let met = (a * p.start - b * q.start) / (b * q.end - a * p.end);
+        // Two points that differ by rounding give anything.
+        return if of_growing <= met && met <= of_falling { met } else { of_falling };
     }
     // Between the two minima one falls and the other grows, so they meet once. Halley's method in logarithms, where both are
     // nearly straight: with the quotient r = p/q of the two and its slope s, the next ratio is r^(-1/s) times this one, and

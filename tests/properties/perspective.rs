@@ -262,11 +262,15 @@ fn texels_are_as_large_as_the_matrix_says() {
         if across.min(along) < 1e-3 * height.max(across).max(along) {
             return;
         }
-        // On the line through the eye along the warp, as far as it passes the body: there is no shear.
+        // On the line along the warp through the place of the body's extents that is nearest to the eye there is no shear.
         let space = map.light_space();
         assert!((space.y - light.y).length() < 1e-15);
-        let [low, high] = extent(receivers.iter().map(|q| space.x.dot(*q)));
-        let at = space.x.dot(scene.view.eye() - map.origin()).clamp(low, high);
+        let of_view = shadow_warp::LightSpace::new(&scene.view, &scene.light).unwrap();
+        let nearest = |axis: DVec3| {
+            let [low, high] = extent(receivers.iter().map(|q| axis.dot(*q)));
+            axis * axis.dot(scene.view.eye() - map.origin()).clamp(low, high)
+        };
+        let at = space.x.dot(nearest(of_view.x) + nearest(of_view.z));
         let q = receivers[case as usize % receivers.len()];
         let q = q + space.x * (at - space.x.dot(q));
         let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
