@@ -1,4 +1,4 @@
-//! Light space: the frame in which a shadow map of a directional light is a picture.
+//! Light space: the frame in which a shadow map is a picture.
 
 use glam::DVec3;
 
@@ -71,15 +71,32 @@ impl LightSpace {
 
     /// As [`LightSpace::new`], with another unit direction in place of the view's: [`Axes::Middle`].
     pub(crate) fn along(direction: DVec3, view: &View, light: &Light) -> Result<Self, Error> {
-        let (y, across) = match light {
-            Light::Directional(light) => (light.to_light(), unit_cross(direction, light.to_light())),
+        let y = match light {
+            Light::Directional(light) => {
+                let y = light.to_light();
+                let across = unit_cross(direction, y);
+                let sine = sqrt(across.length_squared());
+                if sine > 0.0 {
+                    let x = across / sine;
+                    return Ok(Self { x, y, z: y.cross(x), sin_gamma: sine });
+                }
+                y
+            }
             Light::Spot(light) => {
                 let y = -light.direction();
                 let to_light = light.position() - view.eye();
                 let distance = sqrt(to_light.length_squared());
                 // At the eye there is no direction to it.
                 let normal = if distance > 0.0 { unit_cross(direction, to_light / distance) } else { DVec3::ZERO };
-                (y, normal - y * normal.dot(y))
+                let size = sqrt(normal.length_squared());
+                let along = if size > 0.0 { unit_cross(y, normal / size) } else { DVec3::ZERO };
+                let sine = sqrt(along.length_squared());
+                // Below this all of it is the rounding of the normal.
+                if sine > 4.0 * f64::EPSILON {
+                    let z = along / sine;
+                    return Ok(Self { x: z.cross(y), y, z, sin_gamma: size * sine });
+                }
+                y
             }
             Light::Point(_) => {
                 return Err(Error::Unsupported {
@@ -88,11 +105,6 @@ impl LightSpace {
                 });
             }
         };
-        let sine = sqrt(across.length_squared());
-        if sine > 0.0 {
-            let x = across / sine;
-            return Ok(Self { x, y, z: y.cross(x), sin_gamma: sine });
-        }
         // The up axis, or the right one where that is along the light too.
         let up = unit_cross(view.up(), y);
         let across = if up.length_squared() > 0.5 { up } else { unit_cross(view.right(), y) };

@@ -109,15 +109,12 @@ impl ShadowMap {
     /// Returns the unit vector from a point in world space towards the light: zero at the light itself.
     #[must_use]
     pub fn to_light(&self, point: DVec3) -> DVec3 {
-        let to_light = self.light.truncate() - (point - self.origin) * self.light.w;
-        let length = sqrt(to_light.length_squared());
         if self.light.w == 0.0 {
-            to_light
-        } else if length > 0.0 {
-            to_light / length
-        } else {
-            DVec3::ZERO
+            return self.light.truncate();
         }
+        let to_light = self.light.truncate() - (point - self.origin);
+        let length = sqrt(to_light.length_squared());
+        if length > 0.0 { to_light / length } else { DVec3::ZERO }
     }
 
     /// Returns the part of a box that the map shows: what lies between its sides, and between its near and far plane. For
@@ -146,10 +143,12 @@ impl ShadowMap {
     }
 
     pub(crate) fn texel_extent_at(&self, w: f64, base: f64) -> [f64; 2] {
-        if w <= 0.0 || base <= 0.0 {
-            return [f64::INFINITY; 2];
+        // NaN is beyond the map too.
+        if w > 0.0 && base > 0.0 {
+            self.texels.map(|texel| length(w * texel.x, w * w / base * texel.y))
+        } else {
+            [f64::INFINITY; 2]
         }
-        self.texels.map(|texel| length(w * texel.x, w * w / base * texel.y))
     }
 
     /// The row, about the map's origin, of the distance along the light's axis: 1 for a light at infinity.

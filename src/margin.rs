@@ -90,14 +90,19 @@ impl Fit<'_> {
                 largest = max(reach, largest);
             }
         };
-        if let Light::Spot(_) = self.light {
+        if let Light::Spot(spot) = self.light {
+            let mut distance = 0.0;
             for lit in self.lit_receivers() {
                 include(lit.origin(), lit.vertices());
+                let far = |q: &DVec3| (*q + (lit.origin() - spot.position())).abs().max_element();
+                distance = lit.vertices().iter().map(far).fold(distance, max);
             }
             // Its casters are not above one another; they are in what the map shows.
             if self.near_depth == NearDepth::Casters {
-                let casters = map.shown(self.casters);
-                include(casters.origin(), casters.vertices());
+                if let Some(casters) = self.casters.within(spot.position(), distance) {
+                    let casters = map.shown(&casters);
+                    include(casters.origin(), casters.vertices());
+                }
             }
         } else {
             for body in self.receivers {

@@ -26,6 +26,11 @@ impl Bounds {
         Ok(Self { min, max })
     }
 
+    /// The part of the box that is no further from a point than this, along any axis; `None` if there is none.
+    pub(crate) fn within(&self, centre: DVec3, reach: f64) -> Option<Self> {
+        Self::new(self.min.max(centre - reach), self.max.min(centre + reach)).ok()
+    }
+
     /// Returns the corner with the least coordinates.
     #[must_use]
     pub fn min(&self) -> DVec3 {

@@ -53,7 +53,9 @@ pub fn worst<const V: usize, const F: usize>(
             let q = *vertex + shift;
             let depth = if view.is_perspective() { forward.dot(q - eye).max(view.near()) } else { 1.0 };
             let [s, t] = map.texel_extent_at(w_row.dot(q.extend(1.0)), base_row.dot(q.extend(1.0)));
-            worst = crate::math::max(s.max(t) / depth, worst);
+            let error = s.max(t) / depth;
+            // A NaN counts.
+            worst = if error <= worst { worst } else { error };
         }
     }
     worst * view.pixels_per_unit_at_one(viewport)

@@ -41,6 +41,13 @@ pub(super) struct Measures {
     pub(super) depth: Extent,
 }
 
+impl Measures {
+    /// No receiver is further from a spot light.
+    pub(super) fn spot_reach(&self) -> f64 {
+        self.base.high * (1.0 + self.across.reach() + self.along.reach())
+    }
+}
+
 /// Where a vertex is in light space, as fractions, and in the view, from the plane through the origin.
 #[derive(Clone, Copy)]
 pub(super) struct Place {
@@ -310,10 +317,7 @@ impl<'a> Frame<'a> {
         let Some(spot) = self.spot.filter(|_| self.fit.near_depth == NearDepth::Casters) else { return depths };
         // No more of the box than there is from the light to the receivers, so that one without measure leaves the numbers
         // their digits.
-        let reach = measures.base.high * (1.0 + measures.across.reach().abs() + measures.along.reach().abs());
-        let low = self.fit.casters.min().max(spot.position() - reach);
-        let high = self.fit.casters.max().min(spot.position() + reach);
-        if let Ok(casters) = Bounds::new(low, high) {
+        if let Some(casters) = self.fit.casters.within(spot.position(), measures.spot_reach()) {
             let near = self.base - DVec4::W * spot.near();
             let [x, y] = sides;
             for vertex in shown(&casters, self.origin, &[near, w - x, w + x, w - y, w + y]).vertices() {

@@ -5,7 +5,7 @@
 
 use glam::{DVec2, DVec4};
 
-use super::extent::{Extent, at, fitted, least_size};
+use super::extent::{Extent, LEAST_ASPECT, at, fitted, least_size};
 use super::frame::{Frame, Measures};
 use crate::basis::LightSpace;
 use crate::error::Error;
@@ -30,6 +30,8 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     };
     let measures = frame.measure::<SPOT>(|_| ())?;
     let view = frame.fit.view;
+    // The plane about the origin has the rounding of its place in the world.
+    let doubt = ROUNDING * (plane.offset().abs() + frame.origin.abs().element_sum());
     let plane = plane.relative_to(frame.origin);
     let plane = plane.normal().extend(-plane.offset());
     let along = |axis: glam::DVec3| axis.extend(-axis.dot(frame.to_eye()));
@@ -38,7 +40,8 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
     let at_light = plane.dot(frame.light);
     // Seen from a light or a camera in it, the plane is a line.
     let camera = if view.is_perspective() { frame.to_eye().extend(1.0) } else { view.forward().extend(0.0) };
-    if [frame.light, camera].iter().any(|from| plane.dot(*from).abs() <= ROUNDING * plane.abs().dot(from.abs())) {
+    let in_it = |from: &DVec4| plane.dot(*from).abs() <= ROUNDING * plane.abs().dot(from.abs()) + doubt * from.w;
+    if [frame.light, camera].iter().any(in_it) {
         return Err(refused);
     }
     let cast = |row: DVec4| (row * at_light - plane * row.dot(frame.light)) * at_light.signum();
@@ -75,9 +78,15 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
         let Measures { across, along, height, .. } = measures;
         max(measure(*across), max(measure(*along), measure(*height)))
     };
-    let rounding =
-        if SPOT { 0.0 } else { ROUNDING * (w.truncate().abs().element_sum() * of(Extent::reach) + w.w.abs()) };
-    if !(per_ratio.low > 0.0 && ratio.low > rounding && ratio.high <= Warp::MAX_EXCESS * ratio.low) {
+    // How far the receivers are from the origin, and how much of a row is rounding there.
+    let (distance, nearest) = if SPOT {
+        (frame.light.abs().element_sum() + measures.spot_reach(), measures.base.low)
+    } else {
+        (measures.across.reach() + measures.along.reach() + measures.height.reach(), 1.0)
+    };
+    let size = |row: DVec4| row.truncate().abs().element_sum() * distance + row.w.abs();
+    let is_known = ratio.low * nearest > ROUNDING * size(w);
+    if !(per_ratio.low > 0.0 && is_known && ratio.high <= Warp::MAX_EXCESS * ratio.low) {
         return None;
     }
     let [u, v, w] = [u, v, w].map(|row| row / ratio.low);
@@ -87,9 +96,9 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
     let constant = |row: DVec4| if SPOT { -in_plane(row, y) } else { row.w };
     let place = |row: DVec4| [in_plane(row, space.x), in_plane(row, space.z), constant(row)];
 
-    let greatest = max(u_extent.size(), v_extent.size());
-    let floor = least_size(greatest, max(u_extent.reach(), v_extent.reach()));
-    let (u_extent, v_extent) = (u_extent.at_least(floor), v_extent.at_least(floor));
+    let rounding = |row: DVec4| 64.0 * f64::EPSILON * size(row) / nearest;
+    let floor = LEAST_ASPECT * max(u_extent.size(), v_extent.size());
+    let (u_extent, v_extent) = (u_extent.at_least(max(floor, rounding(u))), v_extent.at_least(max(floor, rounding(v))));
 
     // The derivatives of the picture where w is 1; across the warp where the body is nearest to the eye.
     let [_, w_z, w_0] = place(w);
@@ -111,6 +120,9 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
         DVec2::new(v_z, v_x).abs() * (u_extent.size() / (width * determinant.abs())),
         DVec2::new(u_z, u_x).abs() * (v_extent.size() / (height_texels * determinant.abs())),
     ];
+    if !(determinant.abs() > 0.0 && texels.iter().all(|texel| texel.is_finite())) {
+        return None;
+    }
     // Far up and unmirrored, as the family's.
     let up = if v_z < 0.0 { -1.0 } else { 1.0 };
     let across = if determinant * up < 0.0 { -1.0 } else { 1.0 };
@@ -119,9 +131,9 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
 
     let depths = if SPOT { frame.with_spot_casters(depths, measures, [x, y], height, w) } else { depths };
     // A body that is flat towards the light is fitted as by the family.
-    let [size, reach] = if SPOT { [measures.height.high, 0.0] } else { [of(Extent::size), of(Extent::reach)] };
+    let [body, reach] = if SPOT { [measures.height.high, 0.0] } else { [of(Extent::size), of(Extent::reach)] };
     let distance = max(depths.reach(), max(reach, frame.fit.greatest_shift(frame.origin)) / (1.0 + excess));
-    let depths = depths.at_least(least_size(size / (1.0 + excess), distance));
+    let depths = depths.at_least(max(least_size(body / (1.0 + excess), distance), rounding(height)));
     let z = (depths.high * w - height) / depths.size();
     let warp = Warp::clamped(excess);
     Some(ShadowMap::new(
