@@ -84,7 +84,7 @@ impl ClipSpace {
         ])
     }
 
-    /// Returns the distance along the view direction of a point that a camera's depth buffer holds, from its depth in normalised
+    /// Returns the distance along the view direction of a point that a perspective camera's depth buffer holds, from its depth in normalised
     /// device coordinates (from 0 to 1, or -1 to 1, as these conventions have it) and the camera's near and far distance,
     /// which may be infinite: for the least depth that is really seen, read back from the frame before, as a near plane or as
     /// [`Fit::warp_depths`](crate::Fit::warp_depths).

@@ -53,7 +53,7 @@ pub struct Fit<'a> {
     /// The size of the picture that is seen, `[width, height]` in pixels. By default 1920 x 1080. Only errors depend
     /// on it.
     pub viewport: [u32; 2],
-    /// Which directions the texture's axes follow.
+    /// Which directions the texture's axes follow. Perspective and plane-optimal maps have axes of their own.
     pub axes: Axes,
     /// Where the near plane lies.
     pub near_depth: NearDepth,
@@ -105,13 +105,15 @@ impl<'a> Fit<'a> {
     /// map has a smaller one: [`ShadowMap::warp`] tells.
     ///
     /// Accuracy: 1e-13 (1 + eta) in normalised device coordinates, for positions relative to [`ShadowMap::origin`];
-    /// for a body whose extents across, along and towards the light differ by more than 1000, more in proportion.
+    /// for a body whose extents across, along and towards the light differ by more than 1000, more in proportion. For a spot light,
+    /// times its distance over the size of what it lights.
     ///
     /// # Errors
     /// [`Error::NothingVisible`] if all receivers are empty; [`Error::NothingLit`] if a spot light shines on none of them;
     /// [`Error::Unsupported`] for point lights, whose faces have maps ([`Point::faces`](crate::Point::faces)), and where a
     /// perspective or plane-optimal map cannot serve; [`Error::Invalid`] if `map_size` or `viewport` has no texels,
-    /// `warp_depths` are not in order, or a spot light's near distance is nothing at its distance from what is seen.
+    /// `warp_depths` are not in order, the `shift` of a perspective rule is not from 0 to 1e100, the `rate` of a steady one is
+    /// negative, or a spot light's near distance is nothing at its distance from what is seen.
     pub fn solve(&self, rule: Rule) -> Result<ShadowMap, Error> {
         let frame = self.frame()?;
         match (frame.spot.is_some(), rule) {
@@ -201,9 +203,14 @@ impl<'a> Fit<'a> {
     }
 
     fn light_space(&self) -> Result<LightSpace, Error> {
+        LightSpace::along(self.warp_direction(), self.view, self.light)
+    }
+
+    /// The direction that takes the view's part in light space.
+    fn warp_direction(&self) -> DVec3 {
         match self.axes {
-            Axes::Middle => LightSpace::along(self.middle_vector(), self.view, self.light),
-            Axes::View | Axes::LightFixed => LightSpace::new(self.view, self.light),
+            Axes::Middle => self.middle_vector(),
+            Axes::View | Axes::LightFixed => self.view.forward(),
         }
     }
 

@@ -103,11 +103,12 @@
 //!
 //! # Numbers
 //! Geometry uses `+ - * / sqrt` only, so results are the same to the bit with `std` and with `libm` (the tangent of a
-//! field of view or a cone apart, and the logarithms of [`Fit::least_errors`] and [`Rule::Steady`];
+//! field of view or a cone apart, and the logarithms and the angle of [`Fit::least_errors`] and [`Rule::Steady`];
 //! [`View::perspective_off_centre`] takes tangents). The matrix is accurate to 1e-13 (1 + eta) in
 //! normalised device coordinates, for depth ratios up to 1e7 and any angle between light and view, about a point of the
 //! scene ([`ShadowMap::origin`]). Lengths from
-//! 1e-100 to 1e100 are accepted; NaN and infinity are errors that name the argument; nothing panics.
+//! 1e-100 to 1e100 are accepted; NaN and infinity are errors that name the argument, wherever a function can fail (the
+//! others, plain formulas, return NaN for NaN); nothing panics.
 //!
 //! # Features
 //! | feature | default | |

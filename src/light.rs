@@ -167,7 +167,7 @@ impl Spot {
         let ends = [through(-axis, apex + axis * self.near), through(axis, apex + axis * self.range)];
         let half = sqrt(0.5);
         let around: [DVec3; 8] = if self.is_square {
-            // The world's axes across the face's, twice: a plane cuts no more the second time.
+            // Four are enough; the others are not used.
             let [a, b] = across_world_axis(axis);
             [a, b, -a, -b, a, b, -a, -b]
         } else {

@@ -25,14 +25,15 @@ use crate::map::ShadowMap;
 pub struct Lookup {
     /// Columns of [`ShadowMap::texture_from_world_at`].
     pub texture_from_world: [[f32; 4]; 4],
-    /// The row of [`Fit::linear_depth`](crate::Fit::linear_depth); zero where none was given.
+    /// The row that was given, such as that of [`Fit::linear_depth`](crate::Fit::linear_depth); zero where none was. That one
+    /// grows away from the light: for reversed depth give 1 less it, as it is written, so that the biases have its sign.
     pub linear_depth: [f32; 4],
     /// The size of a texel in texture coordinates: one over the map's width and height.
     pub texel: [f32; 2],
     /// The filter's reach in texels, times the sign of the depth's convention: the bias that a plane needs is this times the
     /// sum of its slopes per texel, [`Filter::least_bias`].
     pub slope_factor: f32,
-    /// The depth format's quantum at the far plane, times the sign of the depth's convention.
+    /// The depth format's quantum at a stored depth of 1, where it is coarsest, times the sign of the depth's convention.
     pub constant_bias: f32,
 }
 

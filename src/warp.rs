@@ -147,9 +147,9 @@ pub enum Rule {
     Plane(Plane),
     /// The exact best warp of the family for what is seen: never worse than no warp, for its own objective.
     Optimal(Objective),
-    /// As [`Rule::Optimal`], but never changing faster than one says, as the sun moves and the camera turns: for the
-    /// objectives that can jump, and where the best warp changes too fast to look at. Never stronger than the best warp
-    /// of the moment, so never worse than no warp (for the objectives with one valley).
+    /// As [`Rule::Optimal`], but changing no faster than one says as the sun moves: for the objectives that can jump, and
+    /// where the best warp changes too fast to look at. Never stronger than the best warp of the moment, so never worse
+    /// than no warp (for the objectives with one valley).
     Steady(Steady),
     /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor
     /// for an orthographic camera, where any warp makes the map worse.
@@ -159,14 +159,14 @@ pub enum Rule {
 /// A best warp whose change is limited: see [`Rule::Steady`].
 ///
 /// ```text
-/// ln ratio(gamma) = min over gamma' of (ln ratio_best(gamma') + rate |gamma - gamma'|)
+/// ln ratio(gamma) = min(ln ratio_best(gamma), min over k of (ln ratio_best(k) + rate |gamma - k|)),    k = 0, 2 .. 180 degrees
 /// ```
-/// over lights turned by up to 60 degrees about light space's x axis, in steps of 2 degrees, for the same body: but for
-/// the steps, the greatest function of the angle between light and view that is nowhere above the best one and has no
-/// greater slope than `rate`. It is found anew each time, without a memory of the frame before, at the price of 61 searches
-/// for the best warp. For a spot light it is [`Rule::Optimal`].
+/// with the best ratios for lights at other angles to the view, in the plane of light and view, for the same body. As the light
+/// turns in that plane this has no greater slope than `rate`, but where the best warp of the moment is weaker still than
+/// those at the angles `k` about it allow, which is a matter of less than a step. It is found anew each time, without a
+/// memory of the frame before, at the price of 92 searches for the best warp. For a spot light it is [`Rule::Optimal`].
 ///
-/// Source: the function is the inf-convolution of the best one with a cone, the usual Lipschitz regularisation.
+/// Source: but for the steps this is the inf-convolution of the best ratio with a cone, the usual Lipschitz regularisation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Steady {
     /// What is to be least.

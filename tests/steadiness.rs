@@ -201,38 +201,36 @@ fn jumps_are_seldom() {
     assert!(count > 150 && jumps.len() < 10, "{count} {jumps:#?}");
 }
 
-/// The steady warp changes no faster than its rate over steps of its grid; it is never stronger than the best one.
+/// The steady warp changes no faster than its rate as the light turns in the plane of light and view, and is never stronger
+/// than the best one. Where it is the best one itself, it may be faster.
 #[test]
 fn a_steady_warp_keeps_its_rate() {
     let mut random = Random::new(5);
     let (mut limited, mut pairs) = (0, 0);
-    for case in 0..120 {
+    for case in 0..60 {
         let setting = Setting::random(&mut random);
-        for objective in [Objective::Larger, Objective::Product] {
-            for rate in [5.0, 10.0] {
-                let steady = Rule::Steady(Steady { objective, rate });
-                // Steps of its own grid, about light space's x axis.
-                for degrees in [2.0, 8.0_f64] {
-                    let (cosine, sine) = (degrees.to_radians().cos(), degrees.to_radians().sin());
-                    let turned = |fit: &Fit, map: &ShadowMap| {
-                        let space = map.light_space();
-                        let light = Light::directional(space.y * cosine + space.z * sine).unwrap();
-                        Fit { light: &light, ..*fit }.solve(steady).unwrap().warp().ratio().ln()
-                    };
-                    let Ok((a, b, best)) = setting.solve(Axes::View, steady, |fit, map| {
-                        let best = fit.solve(Rule::Optimal(objective)).unwrap().warp().ratio().ln();
-                        (map.warp().ratio().ln(), turned(fit, map), best)
-                    }) else {
-                        continue;
-                    };
-                    pairs += 1;
-                    limited += u32::from(a < best - 1e-9);
-                    assert!(a <= best + 1e-12, "{case} {objective:?} {rate}");
-                    let allowed = rate * degrees.to_radians() + 1e-6;
-                    assert!((a - b).abs() <= allowed, "{case} {objective:?} {rate} {degrees}: {a} {b}, {allowed}");
+        for (objective, rate) in [(Objective::Larger, 3.0), (Objective::Product, 1.0), (Objective::Across, 5.0)] {
+            let steady = Rule::Steady(Steady { objective, rate });
+            let both = |fit: &Fit| {
+                let log_ratio = |rule: Rule| fit.solve(rule).unwrap().warp().ratio().ln();
+                [log_ratio(steady), log_ratio(Rule::Optimal(objective))]
+            };
+            for radians in [2e-4, 0.01, 0.07_f64] {
+                let Ok(([a, best_a], [b, best_b])) = setting.solve(Axes::View, Rule::Uniform, |fit, map| {
+                    let space = map.light_space();
+                    let light = Light::directional(space.y * radians.cos() + space.z * radians.sin()).unwrap();
+                    (both(fit), both(&Fit { light: &light, ..*fit }))
+                }) else {
+                    continue;
+                };
+                pairs += 1;
+                assert!(a <= best_a + 1e-12 && b <= best_b + 1e-12, "{case} {objective:?} {rate}");
+                if a < best_a - 1e-9 && b < best_b - 1e-9 {
+                    limited += 1;
+                    assert!((a - b).abs() <= rate * radians + 1e-6, "{case} {objective:?} {rate} {radians}: {a} {b}");
                 }
             }
         }
     }
-    assert!(pairs > 300 && limited > 15, "{pairs} {limited}");
+    assert!(pairs > 400 && limited > 100, "{pairs} {limited}");
 }

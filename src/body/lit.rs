@@ -12,7 +12,8 @@ pub type LitBody = ConvexBody<40, 22>;
 impl Body {
     /// Returns the part of this body that a light can shine on, as far as the light's own shape says: all of it at infinity,
     /// and for a point light; for a spot light what lies in its cone, between near and range. The cone is taken as the
-    /// pyramid of eight sides about it, two of them across each of the axes of light space. May be empty.
+    /// pyramid of eight sides about it, two of them across each of the axes of light space, which must be that of this light. May
+    /// be empty.
     #[must_use]
     pub fn lit_by(&self, light: &Light, space: &LightSpace) -> LitBody {
         // The box is replaced by this body's own tables.

@@ -19,7 +19,7 @@ pub(super) fn perspective<const SPOT: bool>(frame: &Frame, rule: PerspectiveRule
     let measures = frame.measure::<SPOT>(|_| ())?;
     let depths = [measures.depth.low, measures.depth.high];
     let rows = perspective_rows(rule, frame.fit.view, frame.origin, frame.light, depths)?;
-    fit::<SPOT>(frame, &measures, rows).ok_or(crate::warp::INSIDE)
+    fit::<SPOT>(frame, &measures, rule.shift, rows).ok_or(crate::warp::INSIDE)
 }
 
 /// The map with the camera's picture of a plane.
@@ -51,12 +51,17 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
         frame.height - measures.height.middle() * frame.base,
         cast(depth),
     ];
-    fit::<SPOT>(frame, &measures, rows).ok_or(refused)
+    fit::<SPOT>(frame, &measures, 0.0, rows).ok_or(refused)
 }
 
-/// Fits a map to the receivers: rows `u`, `v`, height and `w`, where `height/w` grows towards the light. `None` if `w` is
+/// Fits a map to the receivers, seen by a camera moved back by `shift`: rows `u`, `v`, height and `w`, where `height/w` grows towards the light. `None` if `w` is
 /// not positive on them, or not known to be.
-fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: [DVec4; 4]) -> Option<ShadowMap> {
+fn fit<const SPOT: bool>(
+    frame: &Frame,
+    measures: &Measures,
+    shift: f64,
+    [u, v, height, w]: [DVec4; 4],
+) -> Option<ShadowMap> {
     let base = frame.base;
     // The warp's own axes: `z` along the gradient of `w`.
     let in_plane = |row: DVec4, axis: glam::DVec3| row.truncate().dot(axis);
@@ -78,12 +83,13 @@ fn fit<const SPOT: bool>(frame: &Frame, measures: &Measures, [u, v, height, w]: 
         let Measures { across, along, height, .. } = measures;
         max(measure(*across), max(measure(*along), measure(*height)))
     };
-    // How far the receivers are from the origin, and how much of a row is rounding there.
-    let (distance, nearest) = if SPOT {
+    // How far the receivers, and the camera, are from the origin, and how much of a row is rounding there.
+    let (reach, nearest) = if SPOT {
         (frame.light.abs().element_sum() + measures.spot_reach(), measures.base.low)
     } else {
         (measures.across.reach() + measures.along.reach() + measures.height.reach(), 1.0)
     };
+    let distance = reach + frame.to_eye().abs().element_sum() + shift;
     let size = |row: DVec4| row.truncate().abs().element_sum() * distance + row.w.abs();
     let is_known = ratio.low * nearest > ROUNDING * size(w);
     if !(per_ratio.low > 0.0 && is_known && ratio.high <= Warp::MAX_EXCESS * ratio.low) {

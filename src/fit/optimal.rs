@@ -8,7 +8,7 @@ use super::family::Prepared;
 use super::frame::{Frame, Place};
 use crate::error::{Error, require};
 use crate::light::Light;
-use crate::math::{exp, ln, max, min};
+use crate::math::{atan2, exp, ln, max, min};
 use crate::warp::optimal::{Errors, Objective, Piece, Point, Search, least_between, least_of_valley};
 use crate::warp::{Steady, Warp};
 
@@ -94,7 +94,7 @@ impl<'a, const SPOT: bool> Points<'a, SPOT> {
     }
 }
 
-/// More points than a body has.
+/// More points than a body has, and than most lit ones.
 const FEW: usize = 24;
 
 /// Measures the receivers, and finds the excess of the best warp. One body's vertices are kept as they are measured; where there
@@ -114,7 +114,7 @@ pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> 
         return Ok((prepared, ratio - 1.0));
     };
     let mut points = [Point::NONE; FEW];
-    // The worst along the warp without one, and with one without end.
+    // The worst along the warp without one (under a light at infinity), and with one without end: both are no more than hints.
     let (mut first, mut last, mut most_at_once, mut most_in_the_end) = (0, 0, 0.0, 0.0);
     for ((number, place), slot) in places.iter().enumerate().zip(&mut points) {
         let point = all.point(place);
@@ -138,10 +138,10 @@ pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> 
     Ok((prepared, best(objective, most, known, search, |number| points[number]) - 1.0))
 }
 
-/// Steps of a turning light to each side, and the cosine and sine of one: 2 degrees.
-const TURNS: usize = 30;
+/// The lights of a steady warp stand at these steps from the view to against it, and the cosine and sine of one: 2 degrees.
+const TURNS: usize = 90;
 const TURN: [f64; 2] = [0.999_390_827_019_095_7, 0.034_899_496_702_500_97];
-const TURN_RADIANS: f64 = core::f64::consts::PI / 90.0;
+const TURN_RADIANS: f64 = core::f64::consts::PI / TURNS as f64;
 
 /// As [`prepare`], limited by the best warps for lights turned either way.
 #[cold]
@@ -150,15 +150,19 @@ pub(super) fn prepare_steady<const SPOT: bool>(frame: &Frame, rule: Steady) -> R
     let (prepared, excess) = prepare::<SPOT>(frame, rule.objective)?;
     let mut least = ln(1.0 + excess);
     // A spot light's own perspective would turn with it.
-    for side in if SPOT { &[][..] } else { &[1.0, -1.0] } {
-        // Turning about x: the cosine and sine of the angle so far.
+    if !SPOT {
+        let along = frame.fit.warp_direction();
+        let (cosine, sine) = (along.dot(frame.space.y), frame.space.sin_gamma);
+        let gamma = atan2(sine, cosine);
+        // The light is `along cos gamma + across sin gamma`.
+        let across = frame.space.y * sine - frame.space.z * cosine;
         let [mut cosine, mut sine] = [1.0, 0.0];
-        for turn in 1..=TURNS {
-            [cosine, sine] = [cosine * TURN[0] - sine * TURN[1], cosine * TURN[1] + sine * TURN[0]];
-            let light = Light::directional(frame.space.y * cosine + frame.space.z * (side * sine))?;
+        for turn in 0..=TURNS {
+            let light = Light::directional(along * cosine + across * sine)?;
             let fit = Fit { light: &light, ..*frame.fit };
             let (_, excess) = prepare::<SPOT>(&Frame::new(&fit)?, rule.objective)?;
-            least = min(ln(1.0 + excess) + rule.rate * TURN_RADIANS * turn as f64, least);
+            least = min(ln(1.0 + excess) + rule.rate * (gamma - TURN_RADIANS * turn as f64).abs(), least);
+            [cosine, sine] = [cosine * TURN[0] - sine * TURN[1], cosine * TURN[1] + sine * TURN[0]];
         }
     }
     Ok((prepared, exp(least) - 1.0))
@@ -183,8 +187,9 @@ fn best(
 impl Fit<'_> {
     /// Returns the worst perspective aliasing of a warp over the receivers, along the warp and across it, in pixels per
     /// texel: what [`Rule::Optimal`](crate::Rule::Optimal) minimises, for a map that need not be made. With
-    /// [`Axes::View`](crate::Axes), and where the warp is not limited (see [`Fit::solve`]), the larger of both is
-    /// [`Fit::worst_texel`] of the map. Axes fixed by the light lie askew to the warp; that is left out here.
+    /// [`Axes::View`](crate::Axes) and [`Axes::Middle`](crate::Axes), for receivers that are not flat, and where the warp is not
+    /// limited (see [`Fit::solve`]), the larger of both is [`Fit::worst_texel`] of the map. Axes fixed by the light lie askew
+    /// to the warp, and a flat body is fitted wider than it is; that is left out here.
     ///
     /// # Errors
     /// As [`Fit::solve`].

@@ -12,9 +12,9 @@ use crate::math::{max, min, sqrt};
 /// ```
 /// of pixels, but for constants; `base` is 1 for a light at infinity, and the distance along the axis of a spot light.
 ///
-/// - Along the warp each point gives `((1 - t)^2/rho + 2 t (1 - t) + t^2 rho) base/z`, a convex function of `rho`; so is the
-///   greatest of them, and unless the body lies at one end, strictly. Its minimum is unique, so it is continuous in camera
-///   and light, as long as the axes are.
+/// - Along the warp each point gives `((1 - t)^2/rho + 2 t (1 - t) + t^2 rho) base/z`, a convex function of `rho` that is
+///   strictly falling, strictly growing, or strictly convex; so the greatest of them is convex and has one minimum. That is
+///   continuous in camera and light, as long as the axes are.
 /// - Across it, a point `k` that is worst, with `i` and `j` at the two sides of the map, gives `x_i w_k/w_i - x_j w_k/w_j`
 ///   over `z_k`, where `x_i >= 0 >= x_j`. Each of the two terms is a linear fraction of `rho`, so monotone; if one grows and the
 ///   other falls, the ratio of their slopes is a square of a linear fraction that grows, so the sum first falls and then grows.
@@ -27,7 +27,8 @@ pub enum Objective {
     Along,
     /// The error across the warp. Where its valley is flat, the least ratio of it that is found counts, so it can jump.
     Across,
-    /// The larger of both, which is what [`Fit::worst_texel`](crate::Fit::worst_texel) tells. The default.
+    /// The larger of both, which is what [`Fit::worst_texel`](crate::Fit::worst_texel) tells. The default. Where the error
+    /// across decides, it can change as fast as that one does.
     #[default]
     Larger,
     /// The product of both: how many times more texels a map needs everywhere to have no error anywhere, the storage

@@ -1,0 +1,148 @@
+//! Hard cases of spot lights, and of maps whose warp has a direction of its own.
+
+#![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
+
+mod scenes;
+
+use scenes::random::Random;
+use scenes::{Scene, box_about, box_between, ndc};
+use shadow_warp::glam::DVec3;
+use shadow_warp::{Body, Bounds, ClipSpace, Error, Fit, Light, LightSpace, Plane, Rule, View};
+
+fn camera(eye: DVec3, forward: DVec3, near: f64, far: f64) -> View {
+    View::perspective(eye, forward, DVec3::Y, 1.0, 1.5, near..far).unwrap()
+}
+
+/// A spot light that shines across the plane of line of sight and light, to any number of digits: its axes are
+/// orthonormal, and what it lights is in its map.
+#[test]
+fn spots_across_the_line_of_sight() {
+    let mut random = Random::new(1);
+    for case in 0..2000 {
+        let (forward, place) = (random.direction(), random.inside(10.0));
+        let view = camera(DVec3::ZERO, forward, 0.1, 100.0);
+        let tilt = if case % 2 == 0 { 0.0 } else { random.log_between(1e-17, 1e-3) };
+        let axis = view.forward().cross(place).normalize() + random.direction() * tilt;
+        let light = Light::spot(place, axis, 0.8, 0.1, 100.0).unwrap();
+        let LightSpace { x, y, z, .. } = LightSpace::new(&view, &light).unwrap();
+        for (a, b, expected) in [(x, x, 1.0), (y, y, 1.0), (z, z, 1.0), (x, y, 0.0), (y, z, 0.0), (z, x, 0.0)] {
+            assert!((a.dot(b) - expected).abs() < 1e-14, "{case} {a} {b}");
+        }
+        assert!((y.cross(x) - z).length() < 1e-14, "{case}");
+
+        let everything = box_about(DVec3::ZERO, DVec3::splat(30.0));
+        let seen = [Body::visible(&view, &everything)];
+        let fit = Fit::new(&view, &light, &everything, &seen);
+        let Ok(map) = fit.solve(Rule::OPTIMAL) else { continue };
+        for lit in fit.lit_receivers() {
+            for q in lit.vertices() {
+                let place = ndc(&map, *q + lit.origin() - map.origin());
+                assert!(place.truncate().abs().max_element() < 1.0 + 1e-9, "{case} {place}");
+            }
+        }
+    }
+}
+
+/// Planes through the eye, or through the light, wherever in the world: no map, or one with finite texels.
+#[test]
+fn planes_through_the_eye_or_the_light() {
+    let mut random = Random::new(2);
+    let mut refused = 0;
+    for case in 0..4000 {
+        let eye = random.inside(random_size(case));
+        let view = camera(eye, DVec3::X, 0.1, 1000.0);
+        let bounds = box_about(eye, DVec3::splat(100.0));
+        let scene =
+            Scene::new(view, DVec3::new(0.3, 1.0, 0.2), &[box_about(eye + 10.0 * DVec3::X, DVec3::splat(3.0))], bounds);
+        let normal = random.direction();
+        let light = Light::spot(eye + DVec3::new(10.0, 40.0, 5.0), DVec3::NEG_Y, 0.8, 0.1, 100.0).unwrap();
+        let fits = [scene.fit(), Fit { light: &light, ..scene.fit() }];
+        let through = [eye, eye + DVec3::new(10.0, 40.0, 5.0)];
+        for (fit, point) in [(fits[0], through[0]), (fits[1], through[0]), (fits[1], through[1])] {
+            match fit.solve(Rule::Plane(Plane::new(normal, point).unwrap())) {
+                Err(Error::Unsupported { use_instead, .. }) => {
+                    assert_eq!(use_instead, "Rule::OPTIMAL");
+                    refused += 1;
+                }
+                Err(error) => unreachable!("{case} {error}"),
+                Ok(map) => {
+                    let worst = fit.worst_texel(&map);
+                    assert!(worst > 0.0 && worst < 1e9, "{case} {worst}");
+                }
+            }
+        }
+    }
+    assert!(refused > 11_900, "{refused}");
+}
+
+fn random_size(case: u64) -> f64 {
+    [1.0, 1e3, 1e5][case as usize % 3]
+}
+
+/// A body that is little more than the rounding of its own distance, and cameras moved far back: inside, or refused.
+#[test]
+fn little_more_than_rounding() {
+    let forward = DVec3::new(0.39, 0.21, 0.9);
+    for (distance, size) in [(1e7, 1e-8), (1e5, 1e-10), (1e3, 1e-3), (1.0, 1e-15)] {
+        let view = camera(DVec3::ZERO, forward, 1e-3, 1e9);
+        let centre = view.forward() * distance;
+        let body = box_between(centre, centre + size);
+        let scene = Scene::new(view, DVec3::new(0.3, 1.0, 0.2), &[body], body);
+        let ground = Plane::new(DVec3::Y, centre - DVec3::Y * 0.1 * distance).unwrap();
+        for shift in [0.0, 1e2, 1e6, 1e12] {
+            let moved = Rule::Perspective(shadow_warp::PerspectiveRule { shift, ..Default::default() });
+            for rule in [moved, Rule::Plane(ground), Rule::OPTIMAL] {
+                let Ok(map) = scene.fit().solve(rule) else { continue };
+                for q in scene.receivers(map.origin()) {
+                    let place = ndc(&map, q);
+                    // Some digits are left of what is hardly more than rounding.
+                    let [low, high] = [-1e-5, 1.0 + 1e-5];
+                    let inside = place.truncate().abs().max_element() < high && place.z > low && place.z < high;
+                    assert!(inside, "{distance} {size} {rule:?} {place}");
+                }
+            }
+        }
+    }
+}
+
+/// A spot light whose near plane is next to nothing at its distance from the eye: inside, or refused.
+#[test]
+fn near_planes_far_away() {
+    let view = camera(DVec3::ZERO, DVec3::X, 0.0067, f64::INFINITY);
+    let mut solved = 0;
+    for near in [1.0, 1e-2, 1e-4, 1e-6, 1e-9] {
+        let place = DVec3::new(730.5, -17.5, 200.5);
+        let light = Light::spot(place, DVec3::new(1.0, 0.05, 0.02), 0.5, near, 200.0 * near).unwrap();
+        let bounds = Bounds::new(DVec3::new(0.0, -200.0, place.z), DVec3::new(900.0, 200.0, place.z)).unwrap();
+        let seen = [Body::visible(&view, &bounds)];
+        let fit = Fit::new(&view, &light, &bounds, &seen);
+        for rule in [Rule::PSM, Rule::OPTIMAL, Rule::Uniform] {
+            let Ok(map) = fit.solve(rule) else { continue };
+            solved += 1;
+            for lit in fit.lit_receivers() {
+                for q in lit.vertices() {
+                    let place = ndc(&map, *q + lit.origin() - map.origin()).truncate().abs().max_element();
+                    assert!(place < 1.0 + 1e-3, "{near:e} {rule:?} {place}");
+                }
+            }
+        }
+    }
+    assert!(solved > 6, "{solved}");
+}
+
+/// The guard looks at no more of the casters' box than there is from a spot light to what it lights.
+#[test]
+fn guard_of_a_spot_light_among_huge_casters() {
+    let view = camera(DVec3::new(1.0, 2.0, 3.0), DVec3::Z, 0.1, 100.0);
+    let light = Light::spot(DVec3::new(3.0, 30.0, 30.0), DVec3::NEG_Y, 0.6, 0.5, 100.0).unwrap();
+    let ground = Bounds::new(DVec3::new(-20.0, 0.0, 10.0), DVec3::new(20.0, 1.0, 60.0)).unwrap();
+    let seen = [Body::visible(&view, &ground)];
+    for size in [1e2, 1e12, 1e30] {
+        let casters = box_about(DVec3::ZERO, DVec3::splat(size));
+        let fit = Fit::new(&view, &light, &casters, &seen);
+        for rule in [Rule::Uniform, Rule::PSM, Rule::OPTIMAL] {
+            let map = fit.guard_f32(&fit.solve(rule).unwrap(), view.eye()).unwrap();
+            assert!(map.clip_from_world_at(view.eye(), ClipSpace::WGPU).is_finite());
+        }
+    }
+}
