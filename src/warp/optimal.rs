@@ -226,7 +226,9 @@ impl Piece {
 /// be said of its slope there.
 const LEAST_RATIO: f64 = 1.0 + 1.0 / (1_u64 << 40) as f64;
 /// The relative error that is left of the minimum.
-const ACCURACY: f64 = 1e-12;
+const ACCURACY: f64 = 1e-11;
+/// What Halley's method turns into less than this, as it is of third order.
+const NEARLY: f64 = 1e-6;
 /// The functions have at most some dozens of pieces, and the search meets no piece twice; it takes 1 to 5 rounds.
 const MOST_ROUNDS: usize = 100;
 
@@ -291,13 +293,14 @@ fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
         let ([n, dn], [d, dd]) = growing.fraction(ratio);
         let ([m, dm], [e, de]) = falling.fraction(ratio);
         let ([p, dp], [q, dq]) = ([n * e, dn * e + n * de], [m * d, dm * d + m * dd]);
-        if (p - q).abs() <= 0.1 * ACCURACY * p {
-            break;
-        }
         *(if p < q { &mut a } else { &mut b }) = ratio;
         let power = -p * q / (ratio * (dp * q - dq * p));
         let next = ratio * (((1.0 + power) * p + (1.0 - power) * q) / ((1.0 - power) * p + (1.0 + power) * q));
-        ratio = if a < next && next < b { next } else { sqrt(a * b) };
+        let is_near = (p - q).abs() <= NEARLY * p;
+        ratio = if a <= next && next <= b { next } else { sqrt(a * b) };
+        if is_near || b <= a * (1.0 + ACCURACY) {
+            break;
+        }
     }
     ratio
 }
