@@ -7,7 +7,9 @@ mod scenes;
 use scenes::random::Random;
 use scenes::{Scene, box_about, box_between, ndc};
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Body, Bounds, ClipSpace, Error, Fit, Light, LightSpace, Plane, Rule, View};
+use shadow_warp::{
+    Aim, Axes, Body, Bounds, ClipSpace, Error, Fit, Light, LightSpace, PerspectiveRule, Plane, Rule, View,
+};
 
 fn camera(eye: DVec3, forward: DVec3, near: f64, far: f64) -> View {
     View::perspective(eye, forward, DVec3::Y, 1.0, 1.5, near..far).unwrap()
@@ -90,7 +92,7 @@ fn little_more_than_rounding() {
         let scene = Scene::new(view, DVec3::new(0.3, 1.0, 0.2), &[body], body);
         let ground = Plane::new(DVec3::Y, centre - DVec3::Y * 0.1 * distance).unwrap();
         for shift in [0.0, 1e2, 1e6, 1e12] {
-            let moved = Rule::Perspective(shadow_warp::PerspectiveRule { shift, ..Default::default() });
+            let moved = Rule::Perspective(PerspectiveRule { shift, ..Default::default() });
             for rule in [moved, Rule::Plane(ground), Rule::OPTIMAL] {
                 let Ok(map) = scene.fit().solve(rule) else { continue };
                 for q in scene.receivers(map.origin()) {
@@ -145,4 +147,70 @@ fn guard_of_a_spot_light_among_huge_casters() {
             assert!(map.clip_from_world_at(view.eye(), ClipSpace::WGPU).is_finite());
         }
     }
+}
+
+/// Light along the view, against it, along up and down, in the picture, beside it, at the horizon; casters behind the eye;
+/// a spot light at the eye, before it and behind it. Each rule has a right map, or says what to use instead.
+#[test]
+fn every_rule_under_special_lights() {
+    let eye = DVec3::new(1.0, 2.0, 3.0);
+    let view = camera(eye, DVec3::Z, 0.1, 100.0);
+    let (v, up, right) = (view.forward(), view.up(), view.right());
+    let suns = [v, -v, up, -up, right, v + 0.1 * right, 0.2 * up - v, v + 0.8 * right + 0.5 * up, right + 1e-9 * v];
+    let spots =
+        [(eye, v), (eye, -v), (eye + 5.0 * v, v), (eye - 5.0 * v, v), (eye + 3.0 * up, -up), (eye + 2.0 * right, v)];
+    let suns = suns.map(|to_light| Light::directional(to_light).unwrap());
+    let spots = spots.map(|(place, axis)| Light::spot(place, axis, 0.9, 0.2, 90.0).unwrap());
+    let [in_place, moved, centred] = [(Aim::Closest, 0.0), (Aim::Closest, 7.0), (Aim::Centre, 0.0)]
+        .map(|(aim, shift)| Rule::Perspective(PerspectiveRule { aim, shift }));
+    let ground = Rule::Plane(Plane::new(DVec3::Y, DVec3::ZERO).unwrap());
+    let published = scenes::LIGHT_SPACE_RULES.map(Rule::LightSpace);
+    let others = [Rule::Uniform, Rule::OnAxis, Rule::TSM, Rule::OPTIMAL, in_place, moved, centred, ground];
+    let bounds = box_between(DVec3::new(-40.0, 0.0, -60.0), DVec3::new(40.0, 10.0, 80.0));
+    let seen = [Body::visible(&view, &bounds)];
+    let (mut solved, mut refused) = (0, 0);
+    for light in suns.iter().chain(&spots) {
+        for rule in published.into_iter().chain(others) {
+            for axes in [Axes::View, Axes::LightFixed, Axes::Middle] {
+                let fit = Fit { axes, ..Fit::new(&view, light, &bounds, &seen) };
+                let map = match fit.solve(rule) {
+                    Ok(map) => map,
+                    Err(Error::Unsupported { use_instead, .. }) => {
+                        assert!(use_instead.contains("Rule::OPTIMAL"), "{use_instead}");
+                        assert!(matches!(rule, Rule::Perspective(_) | Rule::Plane(_)), "{rule:?}");
+                        refused += 1;
+                        continue;
+                    }
+                    Err(error) => {
+                        assert!(
+                            error == Error::NothingLit && matches!(light, Light::Spot(_)),
+                            "{rule:?} {light:?} {error}"
+                        );
+                        continue;
+                    }
+                };
+                solved += 1;
+                let worst = fit.worst_texel(&map);
+                assert!(worst > 0.0 && worst.is_finite(), "{rule:?} {light:?} {worst}");
+                for lit in fit.lit_receivers() {
+                    for q in lit.vertices() {
+                        let p = *q + lit.origin() - map.origin();
+                        let place = ndc(&map, p);
+                        let inside = place.truncate().abs().max_element() < 1.0 + 1e-9
+                            && place.z > -1e-9
+                            && place.z < 1.0 + 1e-9;
+                        assert!(inside && map.w(p + map.origin()) > 0.0, "{rule:?} {axes:?} {light:?} {place}");
+                        // The way to the light keeps its texel, and depth falls on it.
+                        let nearer = p + map.to_light(p + map.origin()) * 0.1;
+                        let moved = ndc(&map, nearer) - place;
+                        assert!(
+                            moved.truncate().length() < 1e-9 && moved.z < 0.0,
+                            "{rule:?} {axes:?} {light:?} {moved}"
+                        );
+                    }
+                }
+            }
+        }
+    }
+    assert!(solved > 400 && refused > 20, "{solved} {refused}");
 }

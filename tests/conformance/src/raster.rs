@@ -61,7 +61,7 @@ impl Agreement {
 }
 
 /// A map with fewer shows nothing.
-const LEAST_TEXELS: usize = 1_500;
+const LEAST_TEXELS: usize = 2_000;
 /// Triangles must be all over the map, as far as what is seen is.
 const LEAST_SIXTEENTHS: usize = 10;
 
