@@ -372,25 +372,6 @@ fn light_almost_along_the_casters_box() {
     }
 }
 
-/// A point light has no single map, and the error says what it has; a spot light at the eye, along the view, sees what the
-/// eye does: a uniform map by every rule that looks at the line of sight.
-#[test]
-fn lights_at_the_eye() {
-    let mut scene = frustum(DVec3::Y);
-    let eye = scene.view.eye();
-    scene.light = Light::point(eye, 0.1, 9.0).unwrap();
-    let error = scene.fit().solve(Rule::LISPSM).unwrap_err();
-    assert!(matches!(error, Error::Unsupported { .. }), "{error}");
-    assert!(error.to_string().contains("Point::faces"), "{error}");
-    scene.light = Light::spot(eye, scene.view.forward(), 0.5, 0.1, 9.0).unwrap();
-    for rule in [Rule::Uniform, Rule::LISPSM, Rule::OnAxis, Rule::TSM, Rule::OPTIMAL] {
-        let map = scene.fit().solve(rule).unwrap();
-        assert_eq!(map.light_space().sin_gamma.to_bits(), 0);
-        assert!(map.clip_from_world(shadow_warp::ClipSpace::WGPU).is_finite(), "{rule:?}");
-        assert!(scene.fit().worst_texel(&map) <= scene.fit().worst_texel(&scene.fit().solve(Rule::Uniform).unwrap()));
-    }
-}
-
 /// Behind, beside, before the near plane and beyond the far one.
 #[test]
 fn nothing_visible() {

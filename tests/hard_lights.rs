@@ -214,3 +214,24 @@ fn every_rule_under_special_lights() {
     }
     assert!(solved > 400 && refused > 20, "{solved} {refused}");
 }
+
+/// A point light has no single map, and the error says what it has; a spot light at the eye, along the view, sees what the
+/// eye does: a uniform map by every rule that looks at the line of sight.
+#[test]
+fn lights_at_the_eye() {
+    let eye = DVec3::new(3.0, 5.0, -2.0);
+    let view = camera(eye, DVec3::new(0.6, 0.0, 0.8), 0.1, 20.0);
+    let everything = box_about(eye, DVec3::splat(40.0));
+    let seen = [Body::visible(&view, &everything)];
+    let point = Light::point(eye, 0.1, 9.0).unwrap();
+    let error = Fit::new(&view, &point, &everything, &seen).solve(Rule::LISPSM).unwrap_err();
+    assert!(matches!(error, Error::Unsupported { .. }) && error.to_string().contains("Point::faces"), "{error}");
+    let spot = Light::spot(eye, view.forward(), 0.5, 0.1, 9.0).unwrap();
+    let fit = Fit::new(&view, &spot, &everything, &seen);
+    let uniform = fit.worst_texel(&fit.solve(Rule::Uniform).unwrap());
+    for rule in [Rule::Uniform, Rule::LISPSM, Rule::OnAxis, Rule::TSM, Rule::OPTIMAL] {
+        let map = fit.solve(rule).unwrap();
+        assert_eq!(map.light_space().sin_gamma.to_bits(), 0);
+        assert!(fit.worst_texel(&map) <= uniform, "{rule:?}");
+    }
+}
