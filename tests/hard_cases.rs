@@ -7,7 +7,7 @@ mod scenes;
 
 use scenes::{LIGHT_SPACE_RULES, Scene, box_about, box_between, extent, ndc, project};
 use shadow_warp::glam::{DMat4, DVec3};
-use shadow_warp::{Axes, Body, Bounds, ClipSpace, Error, Fit, Light, Rule, ShadowMap, Sides, View, Warp};
+use shadow_warp::{Axes, Body, Bounds, ClipSpace, Error, Fit, Rule, ShadowMap, Sides, View, Warp};
 
 const EYE: DVec3 = DVec3::new(3.0, 5.0, -2.0);
 const FORWARD: DVec3 = DVec3::new(0.6, 0.0, 0.8);
