@@ -5,8 +5,7 @@ mod family;
 mod frame;
 mod homography;
 mod optimal;
-
-pub(crate) use frame::shown;
+mod prepared;
 
 use glam::{DVec3, DVec4};
 

@@ -123,7 +123,7 @@ impl ShadowMap {
     pub fn shown(&self, bounds: &Bounds) -> Body {
         let origin = self.origin.clamp(bounds.min(), bounds.max());
         let [x, y, z, w] = self.rows_at(origin);
-        crate::fit::shown(bounds, origin, &[w - x, w + x, w - y, w + y, z, w - z])
+        Body::where_positive(bounds, origin, &[w - x, w + x, w - y, w + y, z, w - z])
     }
 
     /// Returns the world extent of a texel along each of the map's axes at a point in world space, in world units, on the

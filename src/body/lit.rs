@@ -1,9 +1,13 @@
-//! What of a body a light with a position can shine on.
+//! What of a body a light with a position can shine on, and what of a box a map shows.
+
+use glam::{DVec3, DVec4};
 
 use super::clip::Scratch;
 use super::{Body, ConvexBody};
 use crate::basis::LightSpace;
 use crate::light::Light;
+use crate::math::sqrt;
+use crate::plane::Plane;
 use crate::scene::Bounds;
 
 /// A [`Body`] cut by the near plane, the far plane and the eight sides of a spot light: at most 22 faces, 40 vertices.
@@ -26,5 +30,21 @@ impl Body {
             }
         }
         lit
+    }
+
+    /// The part of a box where some rows, about an origin, are not negative: at most six. Wider by a rounding of the
+    /// coordinates, so that a box without width is not missed.
+    pub(crate) fn where_positive(bounds: &Bounds, origin: DVec3, rows: &[DVec4]) -> Self {
+        let mut body = Self::box_about(bounds, origin);
+        let size = (bounds.min() - origin).abs().max((bounds.max() - origin).abs()).max_element();
+        for row in rows {
+            let length = sqrt(row.truncate().length_squared());
+            if length > 0.0 {
+                let margin = 8.0 * f64::EPSILON * (size + row.w.abs() / length);
+                // A box cut by six planes has room.
+                let _ = body.cut(&Plane::from_unit(-row.truncate() / length, row.w / length + margin));
+            }
+        }
+        body
     }
 }

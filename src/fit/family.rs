@@ -2,91 +2,35 @@
 
 use glam::DVec2;
 
-use super::extent::{Extent, LEAST_ASPECT, fitted, least_size, row};
-use super::frame::{Frame, Measures, Place};
+use super::extent::{Extent, LEAST_ASPECT, fitted, row};
+use super::frame::Frame;
 use super::optimal;
+use super::prepared::Prepared;
 use crate::basis::Axes;
 use crate::error::Error;
 use crate::map::ShadowMap;
-use crate::math::{max, min};
+use crate::math::min;
 use crate::warp::{Rule, Warp, on_axis};
 
-/// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where
-/// that is more than 2^-12, as for a body that is a point far from its origin, the excess is made smaller.
-const MOST_STEEP: f64 = (1_u64 << 40) as f64;
-/// The same for casters that are very much further away than the body is long: their distance over the body's extent,
-/// times the excess, tilts the row of depth against the light, by the rounding of its axes. At this value it does by
-/// 6 %.
-const MOST_STEEP_DEPTH: f64 = (1_u64 << 48) as f64;
-
-/// The receivers measured, and widened where they are flat: all that a rule looks at.
-pub(super) struct Prepared<const SPOT: bool> {
-    pub(super) measures: Measures,
-    /// Along the warp, not flat.
-    pub(super) along: Extent,
-    /// The least extent across.
-    floor: f64,
-    /// How far away things are, as fractions of light space.
-    distance: f64,
-    /// The centre of the warp across it: `p_x`.
-    pub(super) centre: f64,
-}
-
-impl<const SPOT: bool> Prepared<SPOT> {
-    #[inline(always)]
-    pub(super) fn new(frame: &Frame, keep: impl FnMut(Place)) -> Result<Self, Error> {
-        let measures = frame.measure::<SPOT>(keep)?;
-        let Measures { across, along, height, base, depth } = &measures;
-        let shift = max(frame.fit.greatest_shift(frame.origin), depth.high.abs());
-        let (greatest, distance) = if SPOT {
-            let lengths = max(shift, frame.light.abs().max_element());
-            (max(across.size(), along.size()), max(lengths / base.low, max(across.reach(), along.reach())))
-        } else {
-            let reach = max(across.reach(), max(height.reach(), along.reach()));
-            (max(across.size(), max(height.size(), along.size())), max(shift, reach))
-        };
-        let floor = least_size(greatest, distance);
-        let along = along.at_least(floor);
-        let centre = frame.eye_across::<SPOT>().map_or(across.middle(), |eye| across.clamp(eye));
-        Ok(Self { measures, along, floor, distance, centre })
-    }
-
-    /// The greatest excess that `f64` can carry.
-    fn most(&self, frame: &Frame) -> f64 {
-        let d = self.along.size();
-        if let Some(spot) = frame.spot {
-            // The casters of a spot light come as close to it as its near plane.
-            let nearest = min(spot.near(), self.measures.base.low);
-            return d * MOST_STEEP / max(self.distance * (self.measures.base.low / nearest), d);
+/// The excess by a rule that looks at no more than the line of sight.
+#[inline(always)]
+fn excess<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, rule: Rule) -> f64 {
+    let Prepared { measures, along, .. } = prepared;
+    let slab = || frame.slab(measures, *along);
+    let axis = || frame.view_axis(*along);
+    match rule {
+        Rule::Explicit(warp) => warp.excess(),
+        // The others answer an error that grows towards the eye; an orthographic camera has none.
+        _ if !frame.fit.view.is_perspective() => 0.0,
+        Rule::LightSpace(rule) if !SPOT => {
+            let slab = slab();
+            // The part that was chosen decides on the warp's near distance, n = d/eta; the body is as long as it is.
+            let whole = if slab.extent > 0.0 { along.size() / slab.extent } else { 0.0 };
+            rule.excess(&slab) * whole
         }
-        let casters = frame.fit.caster_reach(frame.origin);
-        d * min(MOST_STEEP / max(self.distance, d), MOST_STEEP_DEPTH / max(casters, d))
-    }
-
-    pub(super) fn most_ratio(&self, frame: &Frame) -> f64 {
-        1.0 + min(self.most(frame), Warp::MAX_EXCESS)
-    }
-
-    /// The excess by a rule that looks at no more than the line of sight.
-    #[inline(always)]
-    fn excess(&self, frame: &Frame, rule: Rule) -> f64 {
-        let Self { measures, along, .. } = self;
-        let slab = || frame.slab(measures, *along);
-        let axis = || frame.view_axis(*along);
-        match rule {
-            Rule::Explicit(warp) => warp.excess(),
-            // The others answer an error that grows towards the eye; an orthographic camera has none.
-            _ if !frame.fit.view.is_perspective() => 0.0,
-            Rule::LightSpace(rule) if !SPOT => {
-                let slab = slab();
-                // The part that was chosen decides on the warp's near distance, n = d/eta; the body is as long as it is.
-                let whole = if slab.extent > 0.0 { along.size() / slab.extent } else { 0.0 };
-                rule.excess(&slab) * whole
-            }
-            Rule::LightSpace(_) | Rule::OnAxis => on_axis::excess(&slab(), &axis()),
-            Rule::Trapezoidal(rule) => rule.excess(&slab(), &axis()),
-            Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) | Rule::Optimal(_) | Rule::Steady(_) => 0.0,
-        }
+        Rule::LightSpace(_) | Rule::OnAxis => on_axis::excess(&slab(), &axis()),
+        Rule::Trapezoidal(rule) => rule.excess(&slab(), &axis()),
+        Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) | Rule::Optimal(_) | Rule::Steady(_) => 0.0,
     }
 }
 
@@ -103,7 +47,7 @@ fn prepare<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<(Prepared<SPOT
         Rule::Steady(rule) => optimal::prepare_steady::<SPOT>(frame, rule)?,
         _ => {
             let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
-            let excess = prepared.excess(frame, rule);
+            let excess = excess(frame, &prepared, rule);
             (prepared, excess)
         }
     };

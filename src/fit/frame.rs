@@ -5,12 +5,10 @@ use glam::{DVec3, DVec4};
 use super::extent::{Extent, at, row};
 use super::{Fit, NearDepth};
 use crate::basis::{Axes, LightSpace};
-use crate::body::{Body, ConvexBody, LitBody, Reach};
+use crate::body::{Body, LitBody, Reach};
 use crate::error::Error;
 use crate::light::{Light, Spot};
-use crate::math::{max, sqrt};
-use crate::plane::Plane;
-use crate::scene::Bounds;
+use crate::math::max;
 use crate::warp::{Slab, ViewAxis};
 
 /// Light space about an origin near the receivers. Places in it are fractions: `x/base`, `z/base`, `height/base`. For a
@@ -320,7 +318,7 @@ impl<'a> Frame<'a> {
         if let Some(casters) = self.fit.casters.within(spot.position(), measures.spot_reach()) {
             let near = self.base - DVec4::W * spot.near();
             let [x, y] = sides;
-            for vertex in shown(&casters, self.origin, &[near, w - x, w + x, w - y, w + y]).vertices() {
+            for vertex in Body::where_positive(&casters, self.origin, &[near, w - x, w + x, w - y, w + y]).vertices() {
                 // By rounding a corner may lie on the plane through the light where `w` is 0.
                 let w = at(w, *vertex);
                 depths.high = if w > 0.0 { max(at(height, *vertex) / w, depths.high) } else { depths.high };
@@ -328,20 +326,4 @@ impl<'a> Frame<'a> {
         }
         depths
     }
-}
-
-/// The part of a box where some rows are not negative: at most six. Wider by a rounding of the coordinates, so that a box
-/// without width is not missed.
-pub(crate) fn shown(bounds: &Bounds, origin: DVec3, rows: &[DVec4]) -> Body {
-    let mut body: Body = ConvexBody::box_about(bounds, origin);
-    let size = (bounds.min() - origin).abs().max((bounds.max() - origin).abs()).max_element();
-    for row in rows {
-        let length = sqrt(row.truncate().length_squared());
-        if length > 0.0 {
-            let margin = 8.0 * f64::EPSILON * (size + row.w.abs() / length);
-            // A box cut by six planes has room.
-            let _ = body.cut(&Plane::from_unit(-row.truncate() / length, row.w / length + margin));
-        }
-    }
-    body
 }

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::Fit;
 use super::extent::Extent;
-use super::family::Prepared;
 use super::frame::{Frame, Place};
+use super::prepared::Prepared;
 use crate::error::{Error, require};
 use crate::light::Light;
 use crate::math::{atan2, exp, ln, max, min};
