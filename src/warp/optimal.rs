@@ -344,3 +344,17 @@ pub(crate) fn least_between([along, across]: [f64; 2], value: impl Fn(f64) -> f6
     let (last, error) = if f_c <= f_d { (c, f_c) } else { (d, f_d) };
     if error < least { place(last) } else { place(best) }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The deeper of two valleys, where a golden section alone goes down the other one.
+    #[test]
+    fn the_deeper_valley_is_found() {
+        let value = |ratio: f64| min(5.0 * (ratio - 1.05).abs(), 0.25 * (ratio - 3.6).abs() + 0.1);
+        for ends in [[1.0, 10.0], [10.0, 1.0]] {
+            assert!((least_between(ends, value) - 1.05).abs() < 1e-9);
+        }
+    }
+}
