@@ -237,8 +237,8 @@ fn what_is_refused_is_known() {
     let faces = |names: &[&str]| names.iter().map(|name| format!("hall {name}")).collect::<Vec<String>>();
     // The lamp is in the picture.
     let psm = faces(&["+x", "-x", "+y", "-y", "+z", "-z"]);
-    // Shadows on the ground reach behind the eye.
-    let plane = [vec!["town".to_owned(), "avenue".to_owned()], faces(&["+x", "-x", "+z", "-z"])].concat();
+    // Shadows on the ground reach behind the eye, or there are none, as above the lamp.
+    let plane = [vec!["town".to_owned(), "avenue".to_owned()], faces(&["+x", "-x", "+y", "+z", "-z"])].concat();
     let known = [
         ("psm", psm, "a perspective shadow map whose light is too close to what is seen"),
         ("plane", plane, "a map for a plane on which some of what is seen casts its shadow behind the eye"),
