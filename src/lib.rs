@@ -20,7 +20,7 @@
 //! let seen = [Body::visible(&view, &scene)];
 //! let fit = Fit { map_size: [2048, 2048], ..Fit::new(&view, &light, &scene, &seen) };
 //! let plain = fit.solve(Rule::Uniform)?;
-//! let map = fit.solve(Rule::LISPSM)?;
+//! let map = fit.solve(Rule::OPTIMAL)?;
 //! // In pixels per texel:
 //! assert!(fit.worst_texel(&map) < 0.1 * fit.worst_texel(&plain));
 //!
