@@ -195,7 +195,7 @@ fn a_narrow_view_has_the_published_optimum() {
 /// A near hint: the warp is the best for what lies beyond it; the map covers what it did.
 #[test]
 fn chosen_depths_change_the_warp_alone() {
-    let mut changed = 0;
+    let (mut changed, mut in_range) = (0, 0);
     for case in 0..CASES {
         let scene = scene(case);
         let mut random = Random::new(case);
@@ -208,6 +208,24 @@ fn chosen_depths_change_the_warp_alone() {
             assert_eq!(map, same, "{case} {rule:?}");
             changed += u32::from(map.warp() != scene.fit().solve(rule).unwrap().warp());
         }
+        // The errors are those of the map, whose sides all that is seen makes, at the points that count.
+        if let Ok(map) = fit.solve(Rule::OPTIMAL) {
+            let errors = fit.errors(map.warp()).unwrap();
+            for lit in fit.lit_receivers().filter(|lit| !lit.is_empty()) {
+                for _ in 0..20 {
+                    let p = random.mixed(lit.vertices()) + lit.origin();
+                    let depth = scene.view.forward().dot(p - scene.view.eye());
+                    if (near..far).contains(&depth) {
+                        let pixels = scene.view.pixels_per_unit(fit.viewport, depth.max(scene.view.near()));
+                        let [across, along] = map.texel_extent(p);
+                        let flat = across * pixels > errors.across && errors.across < 1e-5 * errors.along;
+                        assert!(flat || across * pixels <= errors.across * (1.0 + 1e-5), "{case} {errors:?}");
+                        assert!(along * pixels <= errors.along * (1.0 + 1e-5), "{case} {errors:?}");
+                        in_range += 1;
+                    }
+                }
+            }
+        }
         for objective in OBJECTIVES {
             let Ok(map) = fit.solve(Rule::Optimal(objective)) else { continue };
             let least = objective.of(&fit.errors(map.warp()).unwrap());
@@ -218,5 +236,5 @@ fn chosen_depths_change_the_warp_alone() {
             }
         }
     }
-    assert!(changed > 300, "{changed}");
+    assert!(changed > 300 && in_range > 1000, "{changed} {in_range}");
 }
