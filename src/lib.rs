@@ -162,7 +162,7 @@ pub use plane::Plane;
 pub use scene::Bounds;
 pub use view::{Lens, Sides, View};
 pub use warp::{
-    Aim, Errors, LightSpaceRule, Objective, PerspectiveRule, Rule, Slab, Steady, TrapezoidalRule, ViewAxis, Warp,
+    Aim, Aliasing, LightSpaceRule, Objective, PerspectiveRule, Rule, Slab, Steady, TrapezoidalRule, ViewAxis, Warp,
 };
 
 /// The README's example is a test too.

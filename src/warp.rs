@@ -7,7 +7,7 @@ mod perspective;
 mod trapezoidal;
 
 pub use light_space::{LightSpaceRule, Slab};
-pub use optimal::{Errors, Objective};
+pub use optimal::{Aliasing, Objective};
 pub use perspective::{Aim, PerspectiveRule};
 pub(crate) use perspective::{INSIDE, rows as perspective_rows};
 pub use trapezoidal::TrapezoidalRule;

@@ -8,7 +8,7 @@ mod scenes;
 use scenes::random::Random;
 use scenes::{LIGHT_SPACE_RULES, Scene, box_about, light, moderate, view};
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Axes, Error, Errors, Fit, Light, Objective, Rule, Warp};
+use shadow_warp::{Aliasing, Axes, Error, Fit, Light, Objective, Rule, Warp};
 
 const OBJECTIVES: [Objective; 4] = [Objective::Along, Objective::Across, Objective::Larger, Objective::Product];
 const CASES: u64 = 400;
@@ -82,7 +82,7 @@ fn errors_have_one_valley() {
         if fit.solve(Rule::Uniform).is_err() {
             continue;
         }
-        let all: Vec<Errors> = warps().map(|warp| fit.errors(warp).unwrap()).collect();
+        let all: Vec<Aliasing> = warps().map(|warp| fit.errors(warp).unwrap()).collect();
         for objective in [Objective::Along, Objective::Across, Objective::Larger] {
             let (mut least, mut grows) = (f64::INFINITY, false);
             let mut last = f64::INFINITY;

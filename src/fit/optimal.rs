@@ -9,7 +9,7 @@ use super::prepared::Prepared;
 use crate::error::{Error, require};
 use crate::light::Light;
 use crate::math::{atan2, exp, ln, max, min};
-use crate::warp::optimal::{Errors, Objective, Piece, Point, Search, least_between, least_of_valley};
+use crate::warp::optimal::{Aliasing, Objective, Piece, Point, Search, least_between, least_of_valley};
 use crate::warp::{Steady, Warp};
 
 /// The receivers as the errors depend on them.
@@ -193,7 +193,7 @@ impl Fit<'_> {
     ///
     /// # Errors
     /// As [`Fit::solve`].
-    pub fn errors(&self, warp: Warp) -> Result<Errors, Error> {
+    pub fn errors(&self, warp: Warp) -> Result<Aliasing, Error> {
         let frame = self.frame()?;
         let search = if frame.spot.is_some() {
             Points::new(&frame, &Prepared::<true>::new(&frame, |_| ())?).search(warp.ratio())
@@ -218,13 +218,13 @@ impl Fit<'_> {
     ///
     /// # Errors
     /// As [`Fit::solve`].
-    pub fn least_errors(&self) -> Result<Errors, Error> {
+    pub fn least_errors(&self) -> Result<Aliasing, Error> {
         let frame = self.frame()?;
         if frame.spot.is_some() { least_errors::<true>(&frame) } else { least_errors::<false>(&frame) }
     }
 }
 
-fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Errors, Error> {
+fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Aliasing, Error> {
     let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
     let points = Points::new(frame, &prepared);
     let ratio = points.best_ratio(Objective::Across, prepared.most_ratio(frame));
@@ -250,7 +250,7 @@ fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Errors, Error> {
             along,
         );
     }
-    Ok(Errors { along, across: points.search(ratio).errors().across })
+    Ok(Aliasing { along, across: points.search(ratio).errors().across })
 }
 
 /// The integral of `1/g` over the lower hull of the points `(t, g)` of a body, found corner by corner.

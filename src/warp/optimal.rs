@@ -38,7 +38,7 @@ pub enum Objective {
 
 /// The worst perspective aliasing of a warp over a body, in pixels per texel.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Errors {
+pub struct Aliasing {
     /// Along the warp.
     pub along: f64,
     /// Across the warp.
@@ -48,8 +48,8 @@ pub struct Errors {
 impl Objective {
     /// Returns the value of the objective.
     #[must_use]
-    pub fn of(self, errors: &Errors) -> f64 {
-        let Errors { along, across } = *errors;
+    pub fn of(self, errors: &Aliasing) -> f64 {
+        let Aliasing { along, across } = *errors;
         match self {
             Self::Along => along,
             Self::Across => across,
@@ -112,15 +112,15 @@ impl Search {
         self.len += 1;
     }
 
-    pub(crate) fn errors(&self) -> Errors {
+    pub(crate) fn errors(&self) -> Aliasing {
         let [along, per_pixel, right, left] = self.values;
-        Errors { along: along / self.ratio, across: per_pixel * (right + left) }
+        Aliasing { along: along / self.ratio, across: per_pixel * (right + left) }
     }
 
     /// The function that is greatest at this ratio, made of the points of the numbers that were found.
     #[inline(always)]
     pub(crate) fn piece(&self, objective: Objective, point: impl Fn(usize) -> Point) -> Piece {
-        let Errors { along, across } = self.errors();
+        let Aliasing { along, across } = self.errors();
         let is_across = objective == Objective::Across || objective == Objective::Larger && across > along;
         if !is_across {
             return Piece::Along(point(self.numbers[0]));
