@@ -2,7 +2,7 @@
 //!
 //! `shadow-warp` turns a camera, a light and the bounds of a scene into the matrix of a shadow map, and says in
 //! closed form how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no
-//! `unsafe`; a map takes less than a microsecond, and the guard against rounding to `f32` a third of one.
+//! `unsafe`; a map takes about a microsecond, and the guard against rounding to `f32` a quarter of one.
 //!
 //! ```
 //! use shadow_warp::glam::{DVec3, Mat4};

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Makes mistakes in a copy of the crate on purpose, one at a time, runs tests, and prints which of them fail, as a table in
 # Markdown. Ends with 0 only if each mistake is caught.
-#     bash tests/mutants.sh library > docs/mutants.md                                  the library's own tests, half an hour
-#     bash tests/mutants.sh rasteriser > tests/conformance/src/mutants.md             the tests on a rasteriser, ten minutes
+#     bash tests/mutants.sh library > docs/mutants.md                                  the library's own tests, some 15 minutes
+#     bash tests/mutants.sh rasteriser > tests/conformance/src/mutants.md             the tests on a rasteriser, some 20 minutes
 # With a second argument: only the mistakes whose names contain it. The mistakes stand in tests/mutants/*.txt, one on each line:
 # what it is, the file, what stands there in one place, and what it becomes.
 set -euo pipefail
