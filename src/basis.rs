@@ -29,6 +29,11 @@ pub enum Axes {
     /// would not fade out where these axes turn. The map jumps where the body gains or loses a vertex. Where the sum of the vertices vanishes or lies behind the eye, the view
     /// direction itself is taken.
     Middle,
+    /// As [`Axes::Middle`], with the mean of the vertices of the receivers' bodies as their middle: fewer instructions. The map
+    /// jumps where a body gains or loses a vertex.
+    ///
+    /// Source: Wimmer and Scherzer 2005, Sec. 4.4, the fast form.
+    VertexMean,
 }
 
 /// The axes of light space, in world space: orthonormal, with `z = y x x`.

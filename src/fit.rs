@@ -111,8 +111,8 @@ impl<'a> Fit<'a> {
     /// [`Error::NothingVisible`] if all receivers are empty; [`Error::NothingLit`] if a spot light shines on none of them;
     /// [`Error::Unsupported`] for point lights, whose faces have maps ([`Point::faces`](crate::Point::faces)), and where a
     /// perspective or plane-optimal map cannot serve; [`Error::Invalid`] if `map_size` or `viewport` has no texels,
-    /// `warp_depths` are not in order, the `shift` of a perspective rule is not from 0 to 1e100, the `rate` of a steady one is
-    /// negative, or a spot light's near distance is nothing at its distance from what is seen.
+    /// `warp_depths` are not in order, the `shift` of a perspective rule is not from 0 to 1e100,
+    /// or a spot light's near distance is nothing at its distance from what is seen.
     pub fn solve(&self, rule: Rule) -> Result<ShadowMap, Error> {
         let frame = self.frame()?;
         match (frame.spot.is_some(), rule) {
@@ -208,7 +208,7 @@ impl<'a> Fit<'a> {
     /// The direction that takes the view's part in light space.
     fn warp_direction(&self) -> DVec3 {
         match self.axes {
-            Axes::Middle => self.middle_vector(),
+            Axes::Middle | Axes::VertexMean => self.middle_vector(),
             Axes::View | Axes::LightFixed => self.view.forward(),
         }
     }

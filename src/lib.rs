@@ -50,7 +50,6 @@
 //! | rule | the excess | where it serves |
 //! |---|---|---|
 //! | [`Rule::OPTIMAL`] | the best for all that is seen, found exactly | everywhere; never worse than no warp |
-//! | [`Rule::Steady`] | that, changing no faster than one says | where the best one changes too fast |
 //! | [`Rule::LISPSM`] | a published formula, fading out where light and view are parallel | open scenes, the sun to the side |
 //! | [`Rule::OnAxis`] | the least error on the line of sight | as before, also for spot lights |
 //! | [`Rule::TSM`] | a chosen depth gets a chosen share of the map | when one depth matters most |
@@ -103,7 +102,7 @@
 //!
 //! # Numbers
 //! Geometry uses `+ - * / sqrt` only, so results are the same to the bit with `std` and with `libm` (the tangent of a
-//! field of view or a cone apart, and the logarithms and the angle of [`Fit::least_errors`] and [`Rule::Steady`];
+//! field of view or a cone apart, and the logarithm of [`Fit::least_errors`];
 //! [`View::perspective_off_centre`] takes tangents). The matrix is accurate to 1e-13 (1 + eta) in
 //! normalised device coordinates, for depth ratios up to 1e7 and any angle between light and view, about a point of the
 //! scene ([`ShadowMap::origin`]). Lengths from
@@ -162,7 +161,7 @@ pub use plane::Plane;
 pub use scene::Bounds;
 pub use view::{Lens, Sides, View};
 pub use warp::{
-    Aim, Aliasing, LightSpaceRule, Objective, PerspectiveRule, Rule, Slab, Steady, TrapezoidalRule, ViewAxis, Warp,
+    Aim, Aliasing, LightSpaceRule, Objective, PerspectiveRule, Rule, Slab, TrapezoidalRule, ViewAxis, Warp,
 };
 
 /// The README's example is a test too.

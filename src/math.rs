@@ -1,8 +1,8 @@
-//! Small numeric helpers, and the five functions that neither `core` nor plain arithmetic offers, from `std` or `libm`.
+//! Small numeric helpers, and the three functions that neither `core` nor plain arithmetic offers, from `std` or `libm`.
 //!
 //! `sqrt` is correctly rounded by IEEE 754 in both, so every result that uses only `+ - * / sqrt` is the same to the
-//! bit in both builds. `tan` is not; it is used for a camera's field of view and a spot light's cone. Nor are `ln`,
-//! `exp` and `atan2`, which only the lower bound on errors and the steady warp need.
+//! bit in both builds. `tan` is not; it is used for a camera's field of view and a spot light's cone. Nor is `ln`, which only
+//! the lower bound on errors needs.
 
 #[cfg(feature = "std")]
 pub(crate) fn sqrt(x: f64) -> f64 {
@@ -34,28 +34,6 @@ pub(crate) fn ln(x: f64) -> f64 {
 #[cfg(all(feature = "libm", not(feature = "std")))]
 pub(crate) fn ln(x: f64) -> f64 {
     libm::log(x)
-}
-
-#[cfg(feature = "std")]
-#[expect(clippy::disallowed_methods, reason = "this is the one place that may call it")]
-pub(crate) fn atan2(y: f64, x: f64) -> f64 {
-    y.atan2(x)
-}
-
-#[cfg(all(feature = "libm", not(feature = "std")))]
-pub(crate) fn atan2(y: f64, x: f64) -> f64 {
-    libm::atan2(y, x)
-}
-
-#[cfg(feature = "std")]
-#[expect(clippy::disallowed_methods, reason = "this is the one place that may call it")]
-pub(crate) fn exp(x: f64) -> f64 {
-    x.exp()
-}
-
-#[cfg(all(feature = "libm", not(feature = "std")))]
-pub(crate) fn exp(x: f64) -> f64 {
-    libm::exp(x)
 }
 
 /// The larger of two numbers that are not NaN. One comparison, where `f64::max` also has to look for NaN:

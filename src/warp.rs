@@ -147,33 +147,9 @@ pub enum Rule {
     Plane(Plane),
     /// The exact best warp of the family for what is seen: never worse than no warp, for its own objective.
     Optimal(Objective),
-    /// As [`Rule::Optimal`], but changing no faster than one says as the sun moves: for the objectives that can jump, and
-    /// where the best warp changes too fast to look at. Never stronger than the best warp of the moment, so never worse
-    /// than no warp (for the objectives with one valley).
-    Steady(Steady),
     /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor
     /// for an orthographic camera, where any warp makes the map worse.
     Explicit(Warp),
-}
-
-/// A best warp whose change is limited: see [`Rule::Steady`].
-///
-/// ```text
-/// ln ratio(gamma) = min(ln ratio_best(gamma), min over k of (ln ratio_best(k) + rate |gamma - k|)),    k = 0, 2 .. 180 degrees
-/// ```
-/// with the best ratios for lights at other angles to the view, in the plane of light and view, for the same body. As the light
-/// turns in that plane this has no greater slope than `rate`, but where the best warp of the moment is weaker still than
-/// those at the angles `k` about it allow, which is a matter of less than a step. It is found anew each time, without a
-/// memory of the frame before, at the price of 92 searches for the best warp. For a spot light it is [`Rule::Optimal`].
-///
-/// Source: but for the steps this is the inf-convolution of the best ratio with a cone, the usual Lipschitz regularisation.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Steady {
-    /// What is to be least.
-    pub objective: Objective,
-    /// The greatest change of the logarithm of the warp's ratio, per radian between light and view. 10 is steady to the eye and
-    /// costs little.
-    pub rate: f64,
 }
 
 impl Rule {

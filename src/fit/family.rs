@@ -30,7 +30,7 @@ fn excess<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, rule: Rule
         }
         Rule::LightSpace(_) | Rule::OnAxis => on_axis::excess(&slab(), &axis()),
         Rule::Trapezoidal(rule) => rule.excess(&slab(), &axis()),
-        Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) | Rule::Optimal(_) | Rule::Steady(_) => 0.0,
+        Rule::Uniform | Rule::Perspective(_) | Rule::Plane(_) | Rule::Optimal(_) => 0.0,
     }
 }
 
@@ -44,7 +44,6 @@ const FADE: f64 = 4.0;
 fn prepare<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<(Prepared<SPOT>, Warp), Error> {
     let (prepared, mut excess) = match rule {
         Rule::Optimal(objective) => optimal::prepare::<SPOT>(frame, objective)?,
-        Rule::Steady(rule) => optimal::prepare_steady::<SPOT>(frame, rule)?,
         _ => {
             let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
             let excess = excess(frame, &prepared, rule);
@@ -75,7 +74,7 @@ pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowM
     let above_middle = frame.height - measures.height.middle() * base;
     let (x, y, texel_extents, depths);
     match frame.fit.axes {
-        Axes::View | Axes::Middle => {
+        Axes::View | Axes::Middle | Axes::VertexMean => {
             let offset = frame.x - centre * base;
             let (sides, depth) = frame.fractions::<1, SPOT>([offset], above_middle, w);
             let side = sides[0].at_least(floor);

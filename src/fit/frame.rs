@@ -174,7 +174,7 @@ impl<'a> Frame<'a> {
         // Both would do; the one with the greater denominator is the more accurate. At infinity that is the eye.
         let eye = self.to_eye();
         let forward = match self.fit.axes {
-            Axes::Middle => self.fit.middle_vector(),
+            Axes::Middle | Axes::VertexMean => self.fit.middle_vector(),
             Axes::View | Axes::LightFixed => self.fit.view.forward(),
         };
         let at_eye = [at(self.x, eye), at(self.base, eye)];

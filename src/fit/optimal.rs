@@ -6,11 +6,10 @@ use super::Fit;
 use super::extent::Extent;
 use super::frame::{Frame, Place};
 use super::prepared::Prepared;
-use crate::error::{Error, require};
-use crate::light::Light;
-use crate::math::{atan2, exp, ln, max, min};
+use crate::error::Error;
+use crate::math::{ln, max, min};
+use crate::warp::Warp;
 use crate::warp::optimal::{Aliasing, Objective, Piece, Point, Search, least_between, least_of_valley};
-use crate::warp::{Steady, Warp};
 
 /// The receivers as the errors depend on them.
 pub(super) struct Points<'a, const SPOT: bool> {
@@ -136,36 +135,6 @@ pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> 
         search
     };
     Ok((prepared, best(objective, most, known, search, |number| points[number]) - 1.0))
-}
-
-/// The lights of a steady warp stand at these steps from the view to against it, and the cosine and sine of one: 2 degrees.
-const TURNS: usize = 90;
-const TURN: [f64; 2] = [0.999_390_827_019_095_7, 0.034_899_496_702_500_97];
-const TURN_RADIANS: f64 = core::f64::consts::PI / TURNS as f64;
-
-/// As [`prepare`], limited by the best warps for lights turned either way.
-#[cold]
-pub(super) fn prepare_steady<const SPOT: bool>(frame: &Frame, rule: Steady) -> Result<(Prepared<SPOT>, f64), Error> {
-    require(rule.rate >= 0.0, "rate", "must not be negative")?;
-    let (prepared, excess) = prepare::<SPOT>(frame, rule.objective)?;
-    let mut least = ln(1.0 + excess);
-    // A spot light's own perspective would turn with it.
-    if !SPOT {
-        let along = frame.fit.warp_direction();
-        let (cosine, sine) = (along.dot(frame.space.y), frame.space.sin_gamma);
-        let gamma = atan2(sine, cosine);
-        // The light is `along cos gamma + across sin gamma`.
-        let across = frame.space.y * sine - frame.space.z * cosine;
-        let [mut cosine, mut sine] = [1.0, 0.0];
-        for turn in 0..=TURNS {
-            let light = Light::directional(along * cosine + across * sine)?;
-            let fit = Fit { light: &light, ..*frame.fit };
-            let (_, excess) = prepare::<SPOT>(&Frame::new(&fit)?, rule.objective)?;
-            least = min(ln(1.0 + excess) + rule.rate * (gamma - TURN_RADIANS * turn as f64).abs(), least);
-            [cosine, sine] = [cosine * TURN[0] - sine * TURN[1], cosine * TURN[1] + sine * TURN[0]];
-        }
-    }
-    Ok((prepared, exp(least) - 1.0))
 }
 
 #[inline(always)]

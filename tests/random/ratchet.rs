@@ -1,0 +1,41 @@
+//! Tolerances that cannot grow idle.
+
+use std::fmt::Debug;
+
+use super::is_usual_run;
+
+/// A tolerance, and the greatest share of it that was ever used.
+///
+/// A tolerance is a ratchet: the usual run must use at least a tenth of it, or it is too wide and the test fails. When a
+/// longer run needs more, widen it and say so; when the usual run needs less, narrow it.
+pub(crate) struct Ratchet {
+    what: &'static str,
+    share: f64,
+    deviation: f64,
+}
+
+impl Ratchet {
+    /// The least share of an allowance that the usual run must use.
+    const LEAST: f64 = 0.1;
+
+    pub(crate) fn new(what: &'static str) -> Self {
+        Self { what, share: 0.0, deviation: 0.0 }
+    }
+
+    /// Asserts that a deviation is within its allowance. NaN is not.
+    #[track_caller]
+    pub(crate) fn note(&mut self, deviation: f64, allowed: f64, context: impl Debug) {
+        assert!(deviation <= allowed, "{}: {deviation:e} > {allowed:e} in {context:?}", self.what);
+        if deviation > self.share * allowed {
+            (self.share, self.deviation) = (deviation / allowed, deviation);
+        }
+    }
+
+    /// Ends the test: prints what was used, and fails where that is too little.
+    #[track_caller]
+    pub(crate) fn finish(self) {
+        println!("{}: worst {:.2e}, {:.3} of what is allowed", self.what, self.deviation, self.share);
+        let idle = is_usual_run() && self.share < Self::LEAST;
+        assert!(!idle, "{}: uses {:.1e} of its allowance: narrow it", self.what, self.share);
+    }
+}
