@@ -2,4 +2,5 @@
 
 mod worst;
 
+pub(crate) use worst::Worst;
 pub use worst::{pixels_per_texel, worst};

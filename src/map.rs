@@ -138,17 +138,14 @@ impl ShadowMap {
     /// `w <= 0`, which no receiver is, nor a caster of one.
     #[must_use]
     pub fn texel_extent(&self, point: DVec3) -> [f64; 2] {
-        let q = point - self.origin;
-        self.texel_extent_at(self.rows[3].dot(q.extend(1.0)), self.base().dot(q.extend(1.0)))
+        self.texels_at(self.origin).at(point - self.origin)
     }
 
-    pub(crate) fn texel_extent_at(&self, w: f64, base: f64) -> [f64; 2] {
-        // NaN is beyond the map too.
-        if w > 0.0 && base > 0.0 {
-            self.texels.map(|texel| length(w * texel.x, w * w / base * texel.y))
-        } else {
-            [f64::INFINITY; 2]
-        }
+    /// The size of its texels, as rows about an origin.
+    pub(crate) fn texels_at(&self, origin: DVec3) -> Texels {
+        let shift = (origin - self.origin).extend(1.0);
+        let [w, base] = [self.rows[3], self.base()].map(|row| row.truncate().extend(row.dot(shift)));
+        Texels { w, base, extents: self.texels }
     }
 
     /// The row, about the map's origin, of the distance along the light's axis: 1 for a light at infinity.
@@ -183,6 +180,30 @@ impl ShadowMap {
     pub(crate) fn rows_at(&self, origin: DVec3) -> [DVec4; 4] {
         let shift = (origin - self.origin).extend(1.0);
         self.rows.map(|row| row.truncate().extend(row.dot(shift)))
+    }
+}
+
+/// How large the texels of a map are: all of it that its aliasing depends on.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Texels {
+    pub(crate) w: DVec4,
+    /// The distance along the light's axis; 1 for a light at infinity.
+    pub(crate) base: DVec4,
+    /// Where both are 1: of each of the map's axes, across and along the warp.
+    pub(crate) extents: [DVec2; 2],
+}
+
+impl Texels {
+    /// The extents of a texel along each of the map's axes; infinite where `w <= 0`.
+    #[inline(always)]
+    pub(crate) fn at(&self, q: DVec3) -> [f64; 2] {
+        let [w, base] = [self.w, self.base].map(|row| row.truncate().dot(q) + row.w);
+        // NaN is beyond the map too.
+        if w > 0.0 && base > 0.0 {
+            self.extents.map(|texel| length(w * texel.x, w * w / base * texel.y))
+        } else {
+            [f64::INFINITY; 2]
+        }
     }
 }
 

@@ -7,6 +7,7 @@ mod perspective;
 mod trapezoidal;
 
 pub use light_space::{LightSpaceRule, Slab};
+pub(crate) use optimal::TIE;
 pub use optimal::{Aliasing, Objective};
 pub use perspective::{Aim, PerspectiveRule};
 pub(crate) use perspective::{INSIDE, rows as perspective_rows};

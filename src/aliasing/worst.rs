@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use crate::body::ConvexBody;
-use crate::map::ShadowMap;
+use crate::map::{ShadowMap, Texels};
+use crate::math::max;
 use crate::view::View;
 
 /// Returns the perspective aliasing of a map at a point in world space, in pixels per texel: how many pixels of the
@@ -43,20 +44,48 @@ pub fn worst<const V: usize, const F: usize>(
     viewport: [u32; 2],
     receivers: &[ConvexBody<V, F>],
 ) -> f64 {
-    let mut worst = 0.0;
-    let forward = view.forward();
-    let (w_row, base_row) = (map.rows_at(map.origin())[3], map.base());
+    let mut worst = Worst::of([map.texels_at(map.origin())], view, map.origin());
     for body in receivers {
         let shift = body.origin() - map.origin();
-        let eye = view.eye() - map.origin();
-        for vertex in body.vertices() {
-            let q = *vertex + shift;
-            let depth = if view.is_perspective() { forward.dot(q - eye).max(view.near()) } else { 1.0 };
-            let [s, t] = map.texel_extent_at(w_row.dot(q.extend(1.0)), base_row.dot(q.extend(1.0)));
-            let error = s.max(t) / depth;
-            // A NaN counts.
-            worst = if error <= worst { worst } else { error };
+        body.vertices().iter().for_each(|vertex| worst.include(*vertex + shift));
+    }
+    let [sides] = worst.pixels(viewport);
+    sides[0].max(sides[1])
+}
+
+/// Looks for the worst texels of some maps: the one place that says how bad a map is.
+pub(crate) struct Worst<'a, const N: usize> {
+    texels: [Texels; N],
+    view: &'a View,
+    /// Relative to the origin.
+    eye: DVec3,
+    /// Along each of a map's axes, for one pixel per unit at a depth of one.
+    sides: [[f64; 2]; N],
+}
+
+impl<'a, const N: usize> Worst<'a, N> {
+    /// Starts, with rows about an origin, and no point seen.
+    pub(crate) fn of(texels: [Texels; N], view: &'a View, origin: DVec3) -> Self {
+        Self { texels, view, eye: view.eye() - origin, sides: [[0.0; 2]; N] }
+    }
+
+    /// Takes in a point, relative to the origin.
+    #[inline(always)]
+    pub(crate) fn include(&mut self, q: DVec3) {
+        let view = self.view;
+        let depth = if view.is_perspective() { max(view.forward().dot(q - self.eye), view.near()) } else { 1.0 };
+        for (worst, texels) in self.sides.iter_mut().zip(&self.texels) {
+            for (worst, extent) in worst.iter_mut().zip(texels.at(q)) {
+                let error = extent / depth;
+                // A NaN counts.
+                *worst = if error <= *worst { *worst } else { error };
+            }
         }
     }
-    worst * view.pixels_per_unit_at_one(viewport)
+
+    /// The worst along each axis of each map, in pixels per texel.
+    pub(crate) fn pixels(&self, viewport: [u32; 2]) -> [[f64; 2]; N] {
+        let scale = self.view.pixels_per_unit_at_one(viewport);
+        self.sides.map(|sides| sides.map(|side| side * scale))
+    }
 }

@@ -1,16 +1,17 @@
 //! The fit of a map of the one family: a warp along light space's z axis.
 
-use glam::DVec2;
+use glam::{DVec2, DVec3, DVec4};
 
 use super::extent::{Extent, LEAST_ASPECT, fitted, row};
 use super::frame::Frame;
 use super::optimal;
 use super::prepared::Prepared;
+use crate::aliasing::Worst;
 use crate::basis::Axes;
 use crate::error::Error;
-use crate::map::ShadowMap;
-use crate::math::min;
-use crate::warp::{Rule, Warp, on_axis};
+use crate::map::{ShadowMap, Texels};
+use crate::math::{max, min};
+use crate::warp::{Objective, Rule, TIE, Warp, on_axis};
 
 /// The excess by a rule that looks at no more than the line of sight.
 #[inline(always)]
@@ -63,7 +64,67 @@ fn prepare<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<(Prepared<SPOT
 
 pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowMap, Error> {
     let (prepared, warp) = prepare::<SPOT>(frame, rule)?;
-    let Prepared { measures, along, floor, centre, .. } = prepared;
+    let map = finish::<SPOT>(frame, &prepared, warp);
+    let promises = rule == Rule::Optimal(Objective::Larger) && warp.excess() > 0.0;
+    if promises && !is_better_than_none::<SPOT>(frame, &prepared, &map) {
+        return Ok(finish::<SPOT>(frame, &prepared, Warp::UNIFORM));
+    }
+    Ok(map)
+}
+
+/// Whether the finished map has a smaller worst texel than the one without a warp, or, of equal ones, a smaller error along
+/// its other axis. On axes fixed by the light the rectangle about the receivers is another one for each warp, and a flat body
+/// is fitted wider than it is: what the search knows nothing of.
+fn is_better_than_none<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, map: &ShadowMap) -> bool {
+    let texels = frame.fit.map_size.map(f64::from);
+    let extents = match frame.fit.axes {
+        Axes::View | Axes::Middle | Axes::VertexMean => {
+            let side = prepared.measures.across.at_least(prepared.floor);
+            [DVec2::new(side.size() / texels[0], 0.0), DVec2::new(0.0, prepared.along.size() / texels[1])]
+        }
+        Axes::LightFixed => {
+            let Rectangle { axes, sides, .. } = Rectangle::of::<SPOT>(frame);
+            let sides = sides.map(|side| side.at_least(prepared.floor));
+            [0, 1].map(|axis| askew(frame, axes[axis], 1.0) * (sides[axis].size() / texels[axis]))
+        }
+    };
+    let plain = Texels { w: frame.base, base: frame.base, extents };
+    let mut worst = Worst::of([map.texels_at(frame.origin), plain], frame.fit.view, frame.origin);
+    match frame.chosen_depths(&prepared.measures) {
+        Some(chosen) => frame.each_between(chosen, |q| worst.include(q)),
+        None => frame.each::<SPOT>(|vertices, shift| vertices.iter().for_each(|v| worst.include(*v + shift))),
+    }
+    let [warped, plain] = worst.pixels(frame.fit.viewport).map(|[a, b]| [max(a, b), min(a, b)]);
+    let ties = (warped[0] - plain[0]).abs() <= TIE * plain[0];
+    if ties { warped[1] < plain[1] * (1.0 - TIE) } else { warped[0] < plain[0] }
+}
+
+/// The receivers' bounding rectangle along axes that are fixed by the light.
+struct Rectangle {
+    axes: [DVec3; 2],
+    /// The axes as rows, whose fractions over `base` these are.
+    rows: [DVec4; 2],
+    sides: [Extent; 2],
+}
+
+impl Rectangle {
+    fn of<const SPOT: bool>(frame: &Frame) -> Self {
+        let axes = frame.space.fixed_axes();
+        let place = frame.light.truncate() * frame.light.w;
+        let rows = axes.map(|axis| row(axis, -axis.dot(place)));
+        Self { axes, rows, sides: frame.fractions_of_receivers::<2, SPOT>(rows, frame.base) }
+    }
+}
+
+/// A step along a texture axis goes partly across the warp and partly along it; less along where `w` is more at the point
+/// that the warp projects about.
+fn askew(frame: &Frame, axis: DVec3, w_middle: f64) -> DVec2 {
+    DVec2::new(axis.dot(frame.space.x).abs(), axis.dot(frame.space.z).abs() / w_middle)
+}
+
+/// The map with a warp.
+fn finish<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, warp: Warp) -> ShadowMap {
+    let &Prepared { ref measures, along, floor, centre, .. } = prepared;
     let (eta, d, base) = (warp.excess(), along.size(), frame.base);
     // The warp's denominator, over `base`: 1 where the body begins, 1 + eta where it ends.
     let from_start = frame.z - along.low * base;
@@ -88,10 +149,8 @@ pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowM
             // The warp projects about the middle of the body's bounding rectangle. Seen along the light that is
             // inside the body, so w >= 1 there: a line through it with the body on one side would miss a side of
             // the rectangle.
-            let axes = frame.space.fixed_axes();
-            let place = frame.light.truncate() * frame.light.w;
-            let rows = axes.map(|axis| row(axis, -axis.dot(place)));
-            let middle = frame.fractions_of_receivers::<2, SPOT>(rows, base).map(Extent::middle);
+            let Rectangle { axes, rows, sides } = Rectangle::of::<SPOT>(frame);
+            let middle = sides.map(Extent::middle);
             let in_plane = axes[0] * middle[0] + axes[1] * middle[1];
             let w_middle = 1.0 + (frame.space.z.dot(in_plane) - along.low) * (eta / d);
             let offsets = [rows[0] - middle[0] * base, rows[1] - middle[1] * base];
@@ -99,32 +158,17 @@ pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowM
             let sides = sides.map(|side| side.at_least(floor));
             x = fitted(offsets[0], sides[0], w);
             y = fitted(offsets[1], sides[1], w);
-            // A step along such an axis goes partly across the warp and partly along it.
-            let extents = |axis: usize| {
-                let parts =
-                    DVec2::new(axes[axis].dot(frame.space.x).abs(), axes[axis].dot(frame.space.z).abs() / w_middle);
-                parts * (sides[axis].size() / texels[axis])
-            };
-            texel_extents = [extents(0), extents(1)];
+            texel_extents = [0, 1].map(|axis| askew(frame, axes[axis], w_middle) * (sides[axis].size() / texels[axis]));
             depths = depth;
         }
     }
     let depths = if SPOT {
-        let depths = frame.with_spot_casters(depths, &measures, [x, y], above_middle, w);
+        let depths = frame.with_spot_casters(depths, measures, [x, y], above_middle, w);
         depths.at_least(LEAST_ASPECT * measures.height.high / warp.ratio())
     } else {
         depths.at_least(floor)
     };
     let z = (depths.high * w - above_middle) / depths.size();
     let range = depths.size();
-    Ok(ShadowMap::new(
-        frame.origin,
-        [x, y, z, w],
-        warp,
-        frame.space,
-        frame.light,
-        texel_extents,
-        range,
-        frame.fit.map_size,
-    ))
+    ShadowMap::new(frame.origin, [x, y, z, w], warp, frame.space, frame.light, texel_extents, range, frame.fit.map_size)
 }

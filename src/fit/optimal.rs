@@ -8,8 +8,9 @@ use super::frame::{Frame, Place};
 use super::prepared::Prepared;
 use crate::error::Error;
 use crate::math::{ln, max, min};
+use crate::warp::TIE;
 use crate::warp::Warp;
-use crate::warp::optimal::{Aliasing, Objective, Piece, Point, Search, least_between, least_of_valley};
+use crate::warp::optimal::{Aliasing, Objective, Piece, Point, Search, least_between, least_of_valley, on_flat_ground};
 
 /// The receivers as the errors depend on them.
 pub(super) struct Points<'a, const SPOT: bool> {
@@ -137,6 +138,7 @@ pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> 
     Ok((prepared, best(objective, most, known, search, |number| points[number]) - 1.0))
 }
 
+/// The ratio of the best warp for an objective.
 #[inline(always)]
 fn best(
     objective: Objective,
@@ -145,12 +147,21 @@ fn best(
     search: impl Fn(f64) -> Search,
     point: impl Fn(usize) -> Point,
 ) -> f64 {
-    if objective != Objective::Product {
-        return least_of_valley(most, known, |ratio| search(ratio).piece(objective, &point));
-    }
-    let along = least_of_valley(most, known, |ratio| search(ratio).piece(Objective::Along, &point));
-    let across = least_of_valley(most, [None; 2], |ratio| search(ratio).piece(Objective::Across, &point));
-    least_between([along, across], |ratio| Objective::Product.of(&search(ratio).errors()))
+    let errors = |ratio: f64| search(ratio).errors();
+    let valley = |of: Objective, known| least_of_valley(most, known, |ratio| search(ratio).piece(of, &point));
+    let ratio = match objective {
+        Objective::Along => valley(Objective::Along, known).ratio,
+        Objective::Across | Objective::Larger => {
+            let along = || valley(Objective::Along, [None; 2]);
+            on_flat_ground(&valley(objective, known), most, errors, objective, along)
+        }
+        Objective::Product => {
+            let ends = [valley(Objective::Along, known), valley(Objective::Across, [None; 2])];
+            least_between(ends.map(|end| end.ratio), |ratio| objective.of(&errors(ratio)))
+        }
+    };
+    // No warp must not be better. (Of equally good ones the choice is made.)
+    if objective.of(&errors(1.0)) < objective.of(&errors(ratio)) * (1.0 - TIE) { 1.0 } else { ratio }
 }
 
 impl Fit<'_> {

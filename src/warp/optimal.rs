@@ -227,47 +227,94 @@ impl Piece {
 const LEAST_RATIO: f64 = 1.0 + 1.0 / (1_u64 << 40) as f64;
 /// The relative error that is left of the minimum.
 const ACCURACY: f64 = 1e-11;
+/// Errors that differ by less than this, relatively, are equally good. A hundred times what a search leaves.
+pub(crate) const TIE: f64 = 1e-9;
 /// What Halley's method turns into less than this, as it is of third order.
 const NEARLY: f64 = 1e-6;
-/// The functions have at most some dozens of pieces, and the search meets no piece twice; it takes 1 to 5 rounds.
-const MOST_ROUNDS: usize = 100;
+/// Halvings, in logarithm, that take the widest bracket, 1 to 1e8, to [`ACCURACY`]: 2^-41 of ln 1e8 is 8e-12.
+const HALVINGS: usize = 41;
+/// One round in three halves the bracket whatever the others do.
+const MOST_ROUNDS: usize = 3 * HALVINGS;
 
-/// Returns the ratio, from 1 to `most`, at which an error is least that first falls and then grows. `piece` finds the piece that
+/// The middle of a bracket, in logarithm, and inside it whatever the rounding.
+fn halved(low: f64, high: f64) -> f64 {
+    sqrt(low * high).clamp(low, high)
+}
+
+/// The minimum of an error that first falls and then grows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Valley {
+    pub(crate) ratio: f64,
+    /// The error there.
+    least: f64,
+    /// Pieces that are nowhere above the error: one that falls before the minimum, one that grows after it, and the one that
+    /// was met there.
+    pieces: [Option<Piece>; 3],
+}
+
+impl Valley {
+    /// Whether the error may be as small as here at a ratio a thousandth away. A no is proved: a piece that is nowhere
+    /// above the error is greater there.
+    fn may_be_flat(&self, most: f64) -> bool {
+        [self.ratio * 0.999, self.ratio * 1.001].into_iter().any(|aside| {
+            let is_above = |piece: &Piece| piece.value(aside) > self.least * (1.0 + TIE);
+            // Past an end of the range there is nothing.
+            (1.0..=most).contains(&aside) && !self.pieces.iter().flatten().any(is_above)
+        })
+    }
+}
+
+/// Finds the ratio, from 1 to `most`, at which an error is least that first falls and then grows. `piece` finds the piece that
 /// is greatest at a ratio. Two pieces that are known beforehand save looks: one that falls at 1, and one that grows at `most`.
 ///
-/// Form: Kelley's method of cutting planes, with the pieces of the function themselves in place of planes: exact after finitely
-/// many rounds. Left of the minimum one piece is known that falls, right of it one that grows. Where the larger of the
-/// two is least, the whole function is looked at; if it is no greater there, that is the minimum of it all.
+/// Form: Kelley's method of cutting planes, with the pieces of the function themselves in place of planes. Left of the minimum
+/// one piece is known that falls, right of it one that grows. Where the larger of the two is least, the whole function is
+/// looked at; if it is no greater there, that is the minimum of it all. It takes 1 to 5 rounds; one in three halves the
+/// bracket of the two, so that [`MOST_ROUNDS`] are enough whatever happens. The least error seen counts, no warp among them.
 #[inline(always)]
-pub(crate) fn least_of_valley(most: f64, [falls, grows]: [Option<Piece>; 2], piece: impl Fn(f64) -> Piece) -> f64 {
+pub(crate) fn least_of_valley(most: f64, [falls, grows]: [Option<Piece>; 2], piece: impl Fn(f64) -> Piece) -> Valley {
+    let at = |ratio: f64, pieces| Valley { ratio, least: piece(ratio).value(ratio), pieces };
     if most <= LEAST_RATIO {
-        return 1.0;
+        return at(1.0, [None; 3]);
     }
     let known = |guess: Option<Piece>, ratio: f64, sign: f64| {
         guess.filter(|piece| sign * piece.slope(ratio) > 0.0).unwrap_or_else(|| piece(ratio))
     };
     let mut low = (LEAST_RATIO, known(falls, LEAST_RATIO, -1.0));
     if low.1.slope(LEAST_RATIO) >= 0.0 {
-        return 1.0;
+        return at(1.0, [Some(low.1), None, None]);
     }
     let mut high = (most, known(grows, most, 1.0));
     if high.1.slope(most) <= 0.0 {
-        return most;
+        return at(most, [Some(high.1), None, None]);
     }
-    for _ in 0..MOST_ROUNDS {
-        let ratio = meet(&low, &high);
+    let mut best = Valley { ratio: 1.0, least: f64::INFINITY, pieces: [None; 3] };
+    for round in 1..=MOST_ROUNDS {
+        let met = meet(&low, &high);
+        let ratio = if round % 3 == 0 { halved(low.0, high.0) } else { met };
         let found = piece(ratio);
+        let value = found.value(ratio);
         let bound = max(low.1.value(ratio), high.1.value(ratio));
-        if found.value(ratio) <= bound * (1.0 + ACCURACY) || high.0 <= low.0 * (1.0 + ACCURACY) {
-            // No more than rounding off 1, and not worse there.
-            return if ratio <= LEAST_RATIO { 1.0 } else { ratio };
+        if value < best.least {
+            best = Valley { ratio, least: value, pieces: [None, None, Some(found)] };
+        }
+        // Where they meet, nothing is less than these two.
+        let is_least = ratio == met && value <= bound * (1.0 + ACCURACY);
+        if is_least || high.0 <= low.0 * (1.0 + ACCURACY) {
+            break;
         }
         *(if found.slope(ratio) < 0.0 { &mut low } else { &mut high }) = (ratio, found);
     }
-    low.0
+    best.pieces = [Some(low.1), Some(high.1), best.pieces[2]];
+    // No more than rounding off 1, and not worse there.
+    if best.ratio <= LEAST_RATIO {
+        best.ratio = 1.0;
+    }
+    best
 }
 
-/// Where the larger of two pieces is least: of one that falls at the lower of two ratios, and one that grows at the higher.
+/// Where the larger of two pieces is least: of one that falls at the lower of two ratios, and one that grows at the higher. In
+/// between, ends included.
 fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
     let of_falling = falling.least_between(*low, *high);
     if growing.value(of_falling) <= falling.value(of_falling) {
@@ -286,23 +333,60 @@ fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
     }
     // Between the two minima one falls and the other grows, so they meet once. Halley's method in logarithms, where both are
     // nearly straight: with the quotient r = p/q of the two and its slope s, the next ratio is r^(-1/s) times this one, and
-    // that power a fraction which is right to third order about 1. Where it leaves what is known, that is halved.
+    // that power a fraction which is right to third order about 1. The bracket [a, b] holds the meeting, and each ratio lies
+    // in it: one that leaves it, and one in three, is its middle.
     let (mut a, mut b) = (of_growing, of_falling);
-    let mut ratio = max(a, *low);
-    for _ in 0..MOST_ROUNDS {
+    let mut ratio = a;
+    for round in 1..=MOST_ROUNDS {
         let ([n, dn], [d, dd]) = growing.fraction(ratio);
         let ([m, dm], [e, de]) = falling.fraction(ratio);
         let ([p, dp], [q, dq]) = ([n * e, dn * e + n * de], [m * d, dm * d + m * dd]);
         *(if p < q { &mut a } else { &mut b }) = ratio;
         let power = -p * q / (ratio * (dp * q - dq * p));
         let next = ratio * (((1.0 + power) * p + (1.0 - power) * q) / ((1.0 - power) * p + (1.0 + power) * q));
-        let is_near = (p - q).abs() <= NEARLY * p;
-        ratio = if a <= next && next <= b { next } else { sqrt(a * b) };
-        if is_near || b <= a * (1.0 + ACCURACY) {
+        if (p - q).abs() <= NEARLY * p {
+            // A step of third order from here: what is left of it outside of the bracket is rounding.
+            return if next.is_nan() { ratio } else { next.clamp(a, b) };
+        }
+        ratio = if a < next && next < b && round % 3 > 0 { next } else { halved(a, b) };
+        if b <= a * (1.0 + ACCURACY) {
             break;
         }
     }
     ratio
+}
+
+/// Of the ratios at which an error across is as small as at the bottom of its valley, the one where the other error is
+/// smallest, and of those the weakest. `errors` are those at a ratio, `primary` the one that is least, `along` finds the valley
+/// of the error along the warp.
+///
+/// The error across may have flat ground: where the point that is worst and those at the map's sides lie at one place along the
+/// warp, the ratio does not change it. The error along has one lowest point. So that one, or the end of the ground next to it.
+#[inline(always)]
+pub(crate) fn on_flat_ground(
+    valley: &Valley,
+    most: f64,
+    errors: impl Fn(f64) -> Aliasing,
+    primary: Objective,
+    along: impl FnOnce() -> Valley,
+) -> f64 {
+    if !valley.may_be_flat(most) {
+        return valley.ratio;
+    }
+    let limit = valley.least * (1.0 + TIE);
+    let is_good = |ratio: f64| primary.of(&errors(ratio)) <= limit;
+    let best_along = along();
+    // Where the error along is all the same, the weaker warp.
+    let goal = if errors(1.0).along <= best_along.least * (1.0 + TIE) { 1.0 } else { best_along.ratio };
+    if is_good(goal) {
+        return goal;
+    }
+    let (mut good, mut bad) = (valley.ratio, goal);
+    for _ in 0..HALVINGS {
+        let middle = halved(min(good, bad), max(good, bad));
+        *(if is_good(middle) { &mut good } else { &mut bad }) = middle;
+    }
+    good
 }
 
 /// Steps of the scan for the valleys of the product.
@@ -342,7 +426,9 @@ pub(crate) fn least_between([along, across]: [f64; 2], value: impl Fn(f64) -> f6
         }
     }
     let (last, error) = if f_c <= f_d { (c, f_c) } else { (d, f_d) };
-    if error < least { place(last) } else { place(best) }
+    let (step, error) = if error < least { (last, error) } else { (best, least) };
+    // No warp is not between the two, where one of the errors grows from the start.
+    if value(1.0) <= error { 1.0 } else { place(step).clamp(low, high) }
 }
 
 #[cfg(test)]
