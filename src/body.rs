@@ -2,10 +2,12 @@
 
 mod clip;
 mod lit;
+mod middle;
 mod reach;
 mod sweep;
 
 pub use lit::LitBody;
+pub(crate) use middle::Middle;
 pub(crate) use reach::Reach;
 pub use sweep::CasterBody;
 

@@ -13,7 +13,7 @@ use self::extent::{Extent, at, least_size, row};
 use self::frame::Frame;
 use crate::aliasing;
 use crate::basis::{Axes, LightSpace};
-use crate::body::{Body, LitBody};
+use crate::body::{Body, LitBody, Middle};
 use crate::error::{Error, require, require_position};
 use crate::light::Light;
 use crate::map::ShadowMap;
@@ -213,17 +213,29 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// The direction from the eye to the middle of the receivers' vertices; along the view where there is none before the
-    /// eye.
+    /// The direction from the eye to the middle of the receivers; along the view where there is none before the eye.
     fn middle_vector(&self) -> DVec3 {
         let eye = self.view.eye();
-        let sum: DVec3 = self
-            .receivers
-            .iter()
-            .flat_map(|body| body.vertices().iter().map(move |v| *v + (body.origin() - eye)))
-            .sum();
-        let length = sqrt(sum.length_squared());
-        if self.view.forward().dot(sum) > 0.0 && length.is_finite() { sum / length } else { self.view.forward() }
+        let middle = if self.axes == Axes::VertexMean { None } else { self.centroid() };
+        // The sum has the direction of the mean.
+        let middle = middle.unwrap_or_else(|| {
+            let relative = |body: &'a Body| body.vertices().iter().map(move |v| *v + (body.origin() - eye));
+            self.receivers.iter().flat_map(relative).sum()
+        });
+        let length = sqrt(middle.length_squared());
+        if self.view.forward().dot(middle) > 0.0 && length.is_finite() { middle / length } else { self.view.forward() }
+    }
+
+    /// The direction and distance of the receivers' centroid from the eye, in a unit of length of its own.
+    fn centroid(&self) -> Option<DVec3> {
+        let eye = self.view.eye();
+        let bodies = || self.receivers.iter().map(|body| (body, body.origin() - eye));
+        let reach = |(body, shift): (&Body, DVec3)| {
+            body.vertices().iter().fold(0.0, |reach, v| max((*v + shift).abs().max_element(), reach))
+        };
+        let mut middle = Middle::new(bodies().map(reach).fold(0.0, max));
+        bodies().for_each(|(body, shift)| middle.include(body, shift));
+        middle.get()
     }
 
     /// How far the origins of the receivers are from this one.
