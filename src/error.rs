@@ -26,11 +26,13 @@ pub enum Error {
     /// whose capacity is proved; it can happen to one that a caller goes on cutting.
     BodyFull,
     /// The map is too fine for `f32` positions relative to the given origin: no margin below one texel keeps all
-    /// receivers inside. Either the origin is far from the body: use one near the eye or the body. Or the body is
-    /// thin against its size, as flat ground is to a light at the horizon: there is no shadow to be seen then.
+    /// receivers inside.
     BeyondF32 {
         /// The bound on the displacement by rounding, in texels, at the worst receiver.
         texels: f64,
+        /// What takes the digits, and the way out. Found by trying: without the casters, and about another origin, the bound
+        /// is computed again.
+        cause: &'static str,
     },
 }
 
@@ -44,10 +46,9 @@ impl fmt::Display for Error {
                 write!(f, "{requested} is not supported here: use {use_instead}")
             }
             Self::BodyFull => f.write_str("the body has no room for another cut"),
-            Self::BeyondF32 { texels } => write!(
-                f,
-                "rounding to f32 displaces receivers by up to {texels:.3e} texels: the origin is too far, or the body too thin"
-            ),
+            Self::BeyondF32 { texels, cause } => {
+                write!(f, "rounding to f32 displaces receivers by up to {texels:.3e} texels: {cause}")
+            }
         }
     }
 }

@@ -25,11 +25,12 @@ use crate::warp::Rule;
 /// Where the map's near plane lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum NearDepth {
-    /// At the caster closest to the light: nothing is clipped.
+    /// At the caster closest to the light: nothing is clipped. (Casters that are further away than 2^48 over the warp's excess,
+    /// times the receivers' extent, do not count: the rounding of the light's direction alone moves them across the map.)
     #[default]
     Casters,
     /// At the receiver closest to the light: the best depth precision, for engines that clamp the depth of what lies
-    /// before it ("depth clamp", "pancaking").
+    /// before it ("depth clamp", "pancaking"). The map does not depend on the casters.
     Receivers,
 }
 
@@ -129,8 +130,8 @@ impl<'a> Fit<'a> {
         }
     }
 
-    /// Returns the worst perspective aliasing of a finished map over the receivers, in pixels per texel.
-    /// See [`aliasing::worst`].
+    /// Returns the worst perspective aliasing of a finished map over the receivers' bodies, in pixels per texel: the larger of
+    /// its parts along the map's two axes, without shear. See [`aliasing::worst`].
     #[must_use]
     pub fn worst_texel(&self, map: &ShadowMap) -> f64 {
         match self.light {
@@ -176,6 +177,7 @@ impl<'a> Fit<'a> {
             [DVec3::X, DVec3::Y, DVec3::Z].map(|axis| row(axis, 0.0)),
             row(to_light, 0.0),
             DVec4::W,
+            frame.casters(),
         );
         let greatest = sizes.map(Extent::size).into_iter().fold(0.0, max);
         let distance =

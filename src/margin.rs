@@ -32,35 +32,53 @@ impl Fit<'_> {
     /// leaves nothing of `w`, and for an origin that is not finite.
     #[must_use]
     pub fn rounding(&self, map: &ShadowMap, origin: DVec3) -> DVec3 {
-        self.rounding_ndc(map, origin) * half_size(map)
+        self.rounding_ndc(map, origin, true) * half_size(map)
     }
 
     /// Returns the map drawn in so far that no receiver, nor (with [`NearDepth::Casters`](crate::NearDepth)) a caster
     /// above one, can leave it by rounding to `f32`: the matrix [`ShadowMap::clip_from_world_at`] `origin` may be
     /// rounded to `f32` and multiplied in `f32`, in any order.
     ///
-    /// The margin is the bound of [`Fit::rounding`]: for positions relative to the eye or the body some 3 to 30 ulp
-    /// of `f32` for a uniform map no deeper than wide, and more in proportion to the warp's ratio and the depth. Apply
-    /// it last, after [`ShadowMap::with_border`]. It costs about as much as the fit.
+    /// The margin is the bound of [`Fit::rounding`]: for positions relative to the eye or the body up to 100 ulp of `f32` in
+    /// normalised device coordinates for a uniform map no deeper than wide (seen: 98), and more in proportion to the warp's
+    /// ratio and the depth. Apply it last, after [`ShadowMap::with_border`]. It costs about as much as the fit.
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `origin` is finite, with coordinates of at most 1e100.
     /// [`Error::BeyondF32`] with that bound where it is a texel or more.
     pub fn guard_f32(&self, map: &ShadowMap, origin: DVec3) -> Result<ShadowMap, Error> {
         require_position(origin, "origin")?;
-        let margin = self.rounding_ndc(map, origin);
-        let texels = (margin * half_size(map)).truncate().max_element();
-        // A map may be one texel wide, which is all of it.
-        if texels < 1.0 && margin.max_element() < 0.25 {
+        let margin = self.rounding_ndc(map, origin, true);
+        if is_small(map, margin) {
             // The rows drawn in are smaller but for depth, which gains margin times w: a second-order term.
-            Ok(map.with_margin(margin * (1.0 + 1e-6)))
+            return Ok(map.with_margin(margin * (1.0 + 1e-6)));
+        }
+        let texels = (margin * half_size(map)).truncate().max_element();
+        Err(Error::BeyondF32 { texels, cause: self.cause(map, origin) })
+    }
+
+    /// Why a map is too fine for `f32`: what must be otherwise for the bound to be small.
+    #[cold]
+    fn cause(&self, map: &ShadowMap, origin: DVec3) -> &'static str {
+        let is_enough = |origin, casters| is_small(map, self.rounding_ndc(map, origin, casters));
+        let has_casters = self.near_depth == NearDepth::Casters;
+        if is_enough(map.origin(), true) {
+            "the origin is too far away: use one near the eye or the receivers"
+        } else if has_casters && is_enough(origin, false) {
+            "the casters' box is too deep: cut it to what can cast, or use NearDepth::Receivers"
+        } else if has_casters && is_enough(map.origin(), false) {
+            "the origin is too far away, and the casters' box too deep: use an origin near the eye or the receivers, and \
+             NearDepth::Receivers"
+        } else if map.warp().excess() > 0.0 {
+            "the warp is too strong, the receivers too thin, or the map too large: use a weaker warp or a smaller map"
         } else {
-            Err(Error::BeyondF32 { texels })
+            "the receivers are too thin, or the map too large: use a smaller map"
         }
     }
 
-    /// The bound in normalised device coordinates: of `x/w`, `y/w`, and of depth in any convention.
-    fn rounding_ndc(&self, map: &ShadowMap, origin: DVec3) -> DVec3 {
+    /// The bound in normalised device coordinates: of `x/w`, `y/w`, and of depth in any convention. With the casters above the
+    /// receivers, or without.
+    fn rounding_ndc(&self, map: &ShadowMap, origin: DVec3, casters: bool) -> DVec3 {
         if !origin.is_finite() {
             return DVec3::INFINITY;
         }
@@ -68,7 +86,8 @@ impl Fit<'_> {
         let sizes = rows.map(|row| row.abs());
         let light = map.light_space().y.abs();
         // One unit of depth, at w = 1, in world units along the light; and what it adds to the sums at most.
-        let depth_range = if let Light::Spot(_) = self.light { 0.0 } else { map.depth_range() };
+        let is_above = casters && !matches!(self.light, Light::Spot(_));
+        let depth_range = if is_above { map.depth_range() } else { 0.0 };
         let above = sizes.map(|size| size.truncate().dot(light) * depth_range);
         let underflow = sizes.map(|size| UNDERFLOW * (size.element_sum() + 1.0));
         let (mut worst, mut largest) = (DVec3::ZERO, 0.0);
@@ -98,7 +117,7 @@ impl Fit<'_> {
                 distance = lit.vertices().iter().map(far).fold(distance, max);
             }
             // Its casters are not above one another; they are in what the map shows.
-            if self.near_depth == NearDepth::Casters {
+            if casters && self.near_depth == NearDepth::Casters {
                 if let Some(casters) = self.casters.within(spot.position(), distance) {
                     let casters = map.shown(&casters);
                     include(casters.origin(), casters.vertices());
@@ -113,6 +132,11 @@ impl Fit<'_> {
         let finite = entry < HUGE && largest < HUGE && entry * largest < HUGE;
         if finite { worst } else { DVec3::INFINITY }
     }
+}
+
+/// Whether a bound is below a texel and leaves a map. (A map may be one texel wide, which is all of it.)
+fn is_small(map: &ShadowMap, bound: DVec3) -> bool {
+    (bound * half_size(map)).truncate().max_element() < 1.0 && bound.max_element() < 0.25
 }
 
 /// Normalised device coordinates to texels, and depth to itself.

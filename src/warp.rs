@@ -132,8 +132,9 @@ pub enum Rule {
     Trapezoidal(TrapezoidalRule),
     /// Perspective shadow map, made in the camera's post-perspective space. Its warp has a direction of its own.
     Perspective(PerspectiveRule),
-    /// The map that has as many pixels per texel at every point of a plane in world space, such as the ground: the camera's
-    /// own picture of what the plane shows. What does not lie on it is drawn where its shadow falls on it.
+    /// The map that has the same pixels per texel at every point of a plane in world space, such as the ground: the camera's
+    /// own picture of what the plane shows. It is one number for each of the map's two axes, and the two differ as the
+    /// picture of the receivers is wider than high. What does not lie on the plane is drawn where its shadow falls on it.
     ///
     /// ```text
     /// x, y = the camera's picture of X (p.L) - L (p.X)            for a plane p, a light L, a point X, all homogeneous
@@ -146,7 +147,11 @@ pub enum Rule {
     /// [`Fit::worst_texel`](crate::Fit::worst_texel) says: it grows where the camera, seen along the light from the plane,
     /// comes nearer.
     Plane(Plane),
-    /// The exact best warp of the family for what is seen: never worse than no warp, for its own objective.
+    /// The warp of the family with the least objective over the receivers: on these axes, about this centre.
+    ///
+    /// Never worse than no warp, to a relative 1e-9: with [`Objective::Larger`] by [`Fit::worst_texel`](crate::Fit::worst_texel)
+    /// of the finished maps, on any axes; with the others by [`Fit::errors`](crate::Fit::errors). (With chosen depths: over
+    /// these.) Of equally good warps, to 1e-9, the one with the smaller other error, and then the weaker one.
     Optimal(Objective),
     /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor
     /// for an orthographic camera, where any warp makes the map worse.

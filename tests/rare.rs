@@ -10,7 +10,7 @@ mod random;
 use std::cell::RefCell;
 
 use proptest::prelude::*;
-use random::basic::{log_between, unit};
+use random::basic::log_between;
 use random::{check, multiplier};
 use shadow_warp::glam::{DVec2, DVec3, dvec3};
 use shadow_warp::{Axes, Body, Bounds, ClipSpace, Fit, Light, LightSpaceRule, Objective, Rule, ShadowMap, View, Warp};
@@ -34,7 +34,7 @@ const fn entry(name: &'static str, axes: Axes, rule: Rule, is_never_worse: bool,
     Entry { name, rule, axes, is_never_worse, is_continuous }
 }
 
-const ENTRIES: [Entry; 17] = [
+const ENTRIES: [Entry; 18] = [
     entry("uniform", Axes::View, Rule::Uniform, true, true),
     entry("LiSPSM, extent", Axes::View, Rule::LightSpace(LightSpaceRule::Extent), false, true),
     entry("LiSPSM", Axes::View, Rule::LISPSM, false, true),
@@ -50,8 +50,9 @@ const ENTRIES: [Entry; 17] = [
     entry("uniform, fixed axes", Axes::LightFixed, Rule::Uniform, true, true),
     entry("LiSPSM, fixed axes", Axes::LightFixed, Rule::LISPSM, false, true),
     entry("optimal, fixed axes", Axes::LightFixed, Rule::OPTIMAL, true, false),
-    entry("LiSPSM, middle", Axes::Middle, Rule::LISPSM, false, false),
+    entry("LiSPSM, middle", Axes::Middle, Rule::LISPSM, false, true),
     entry("optimal, middle", Axes::Middle, Rule::OPTIMAL, true, false),
+    entry("LiSPSM, vertex mean", Axes::VertexMean, Rule::LISPSM, false, false),
 ];
 
 /// A camera over a landscape, as angles in degrees.

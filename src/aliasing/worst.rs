@@ -7,15 +7,16 @@ use crate::map::{ShadowMap, Texels};
 use crate::math::max;
 use crate::view::View;
 
-/// Returns the perspective aliasing of a map at a point in world space, in pixels per texel: how many pixels of the
-/// viewport the longer side of a texel covers there. 1 is perfect; 10 shows steps of ten pixels.
+/// Returns the perspective aliasing of a map at a point in world space, in pixels per texel: the larger of its parts along
+/// the map's two axes. 1 is perfect; 10 shows steps of ten pixels.
 ///
 /// ```text
 /// max(dp/dt, dp/ds),   dp/dt = w dx * ppu/z,   dp/ds = w^2/b dz * ppu/z          [LiSPSM, Sec. 4.3]
 /// ```
 /// `dx`, `dz`: a texel's extent in world units where `w = 1`; `b`: the distance along a spot light's axis, or 1; `ppu/z`: pixels per world unit at depth `z` along the
 /// view, the larger of the two picture directions. The orientation of the surface and the shear of the map are left
-/// out, as in the papers. Depths before the near plane count as the near plane's. Infinite where `w <= 0`.
+/// out, as in the papers: a texel is a parallelogram, and its longest extent is longer where the warp shears it (seen: 5
+/// times, 93.3 for 19.1 pixels). Depths before the near plane count as the near plane's. Infinite where `w <= 0`.
 #[must_use]
 pub fn pixels_per_texel(map: &ShadowMap, view: &View, viewport: [u32; 2], point: DVec3) -> f64 {
     let depth = view.forward().dot(point - view.eye()).max(view.near());

@@ -132,12 +132,13 @@ fn finish<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, warp: Warp
     let texels = frame.fit.map_size.map(f64::from);
     let floor = floor / warp.ratio();
 
+    let casters = prepared.casters(frame, warp);
     let above_middle = frame.height - measures.height.middle() * base;
     let (x, y, texel_extents, depths);
     match frame.fit.axes {
         Axes::View | Axes::Middle | Axes::VertexMean => {
             let offset = frame.x - centre * base;
-            let (sides, depth) = frame.fractions::<1, SPOT>([offset], above_middle, w);
+            let (sides, depth) = frame.fractions::<1, SPOT>([offset], above_middle, w, casters.as_ref());
             let side = sides[0].at_least(floor);
             x = fitted(offset, side, w);
             // As `fitted` to 0 and d/(1 + eta), without its difference of two rows of size (1 + eta)^2.
@@ -154,7 +155,7 @@ fn finish<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, warp: Warp
             let in_plane = axes[0] * middle[0] + axes[1] * middle[1];
             let w_middle = 1.0 + (frame.space.z.dot(in_plane) - along.low) * (eta / d);
             let offsets = [rows[0] - middle[0] * base, rows[1] - middle[1] * base];
-            let (sides, depth) = frame.fractions::<2, SPOT>(offsets, above_middle, w);
+            let (sides, depth) = frame.fractions::<2, SPOT>(offsets, above_middle, w, casters.as_ref());
             let sides = sides.map(|side| side.at_least(floor));
             x = fitted(offsets[0], sides[0], w);
             y = fitted(offsets[1], sides[1], w);

@@ -9,6 +9,7 @@ use crate::body::{Body, LitBody, Reach};
 use crate::error::Error;
 use crate::light::{Light, Spot};
 use crate::math::max;
+use crate::scene::Bounds;
 use crate::warp::{Slab, ViewAxis};
 
 /// Light space about an origin near the receivers. Places in it are fractions: `x/base`, `z/base`, `height/base`. For a
@@ -232,6 +233,11 @@ impl<'a> Frame<'a> {
         Slab { near: depth.low, far: depth.high, extent, sin_gamma: self.space.sin_gamma }
     }
 
+    /// All casters, if the near plane is to be before them.
+    pub(super) fn casters(&self) -> Option<&'a Bounds> {
+        (self.fit.near_depth == NearDepth::Casters).then_some(self.fit.casters)
+    }
+
     /// Where the points of the line of sight lie in the body.
     pub(super) fn view_axis(&self, along: Extent) -> ViewAxis {
         let t = (self.z - along.low * self.base) / along.size();
@@ -241,16 +247,16 @@ impl<'a> Frame<'a> {
     }
 
     /// The extremes of linear fractions over `w`: of some rows over the receivers, and of the height from the
-    /// receivers to the casters, as [`NearDepth`] says. For a light at infinity, `height` grows by one per unit towards it.
+    /// receivers to those casters. For a light at infinity, `height` grows by one per unit towards it.
     #[inline(always)]
     pub(super) fn fractions<const N: usize, const SPOT: bool>(
         &self,
         rows: [DVec4; N],
         height: DVec4,
         w: DVec4,
+        casters: Option<&Bounds>,
     ) -> ([Extent; N], Extent) {
         let (mut sides, mut depths) = ([Extent::NONE; N], Extent::NONE);
-        let with_casters = self.fit.near_depth == NearDepth::Casters;
         let to_light = self.space.y;
         for body in self.fit.receivers {
             let shift = body.origin() - self.origin;
@@ -269,17 +275,20 @@ impl<'a> Frame<'a> {
                 }
                 continue;
             }
-            let mut reach = Reach::new(to_light, self.fit.casters, self.origin, shift, [height, w]);
+            let Some(casters) = casters else {
+                body.vertices().iter().for_each(|vertex| {
+                    include(*vertex + shift);
+                });
+                continue;
+            };
+            let mut reach = Reach::new(to_light, casters, self.origin, shift, [height, w]);
             for (vertex, point) in body.vertices().iter().enumerate() {
                 let q = *point + shift;
                 let (height, per_w) = include(q);
                 reach.include(vertex, q, height, per_w);
             }
-            if with_casters {
-                let inside = body.is_inside(self.fit.casters);
-                let reach = if inside { reach.of_enclosed(body) } else { reach.of_any(body, self.fit.casters) };
-                depths.high = max(reach, depths.high);
-            }
+            let reach = if body.is_inside(casters) { reach.of_enclosed(body) } else { reach.of_any(body, casters) };
+            depths.high = max(reach, depths.high);
         }
         (sides, depths)
     }

@@ -8,7 +8,7 @@ use glam::{DVec2, DVec4};
 use super::extent::{Extent, LEAST_ASPECT, at, fitted, least_size};
 use super::frame::{Frame, Measures};
 use crate::basis::LightSpace;
-use crate::error::Error;
+use crate::error::{Error, MIN_LENGTH};
 use crate::map::ShadowMap;
 use crate::math::{max, sqrt};
 use crate::plane::Plane;
@@ -76,7 +76,8 @@ fn fit<const SPOT: bool>(
     };
     // In the family's units: height is 1 at a spot light, and grows by 1 in world length towards a light at infinity.
     let height = height / height.dot(frame.light);
-    let ([u_extent, v_extent, per_ratio], depths) = frame.fractions::<3, SPOT>([u, v, base], height, w);
+    let ([u_extent, v_extent, per_ratio], depths) =
+        frame.fractions::<3, SPOT>([u, v, base], height, w, frame.casters());
     // `w/base` over the receivers: not positive somewhere, and its reciprocal is not either, or has no bound.
     let ratio = Extent { low: 1.0 / per_ratio.high, high: 1.0 / per_ratio.low };
     let of = |measure: fn(Extent) -> f64| {
@@ -89,7 +90,8 @@ fn fit<const SPOT: bool>(
     } else {
         (measures.across.reach() + measures.along.reach() + measures.height.reach(), 1.0)
     };
-    let distance = reach + frame.to_eye().abs().element_sum() + shift;
+    // A point at the eye and at the origin has none.
+    let distance = max(reach + frame.to_eye().abs().element_sum() + shift, MIN_LENGTH);
     let size = |row: DVec4| row.truncate().abs().element_sum() * distance + row.w.abs();
     let is_known = ratio.low * nearest > ROUNDING * size(w);
     if !(per_ratio.low > 0.0 && is_known && ratio.high <= Warp::MAX_EXCESS * ratio.low) {
@@ -142,16 +144,10 @@ fn fit<const SPOT: bool>(
     let depths = depths.at_least(max(least_size(body / (1.0 + excess), distance), rounding(height)));
     let z = (depths.high * w - height) / depths.size();
     let warp = Warp::clamped(excess);
-    Some(ShadowMap::new(
-        frame.origin,
-        [x, y, z, w],
-        warp,
-        space,
-        frame.light,
-        texels,
-        depths.size(),
-        frame.fit.map_size,
-    ))
+    let is_finite = [x, y, z, w].iter().all(|row| row.is_finite());
+    is_finite.then(|| {
+        ShadowMap::new(frame.origin, [x, y, z, w], warp, space, frame.light, texels, depths.size(), frame.fit.map_size)
+    })
 }
 
 /// `w` has a rounding error of this times the size of its terms; less than this of them and nothing is left of it.

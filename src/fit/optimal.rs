@@ -183,18 +183,20 @@ impl Fit<'_> {
         Ok(search.errors())
     }
 
-    /// Returns a lower bound on [`Fit::errors`] over all warps, along and across separately: no map on these axes can do
-    /// better, whatever its ratio, and whatever its spacing along the warp, rational or logarithmic. Divide the
-    /// errors of a map by it to know how much there is left to gain.
+    /// Returns the least errors along the warp and across it, each by itself, in pixels per texel.
     ///
     /// ```text
     /// along: d integral of dt max(base/z)       across: the least error over all ratios
     /// ```
+    /// `along` is a lower bound on [`Aliasing::along`] of [`Fit::errors`]: for maps on these axes, whatever their ratio and
+    /// their spacing along the warp, rational or logarithmic. `across` is no such bound. It is the least
+    /// [`Aliasing::across`] over the ratios with *this* centre (the eye's place across, moved into the body): a map with another
+    /// centre, on the same axes, can have less.
+    ///
     /// Along the warp: where a texel covers at most `k` pixels, a step `dt` takes at least `d base/(k z)` of the map, for the
     /// point of the body at `t` where that is most; all of these make one map. Wherever this is attained the spacing is
     /// logarithmic, in pieces. `z/base` is affine in the fractions of light space, so what counts is the lower hull of the body's
-    /// vertices in `(t, z/base)`. Several bodies count one by one. Across the warp the error does not depend on the
-    /// spacing, and its minimum is exact (see [`Objective`]).
+    /// vertices in `(t, z/base)`. Several bodies count one by one.
     ///
     /// # Errors
     /// As [`Fit::solve`].

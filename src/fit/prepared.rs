@@ -1,18 +1,19 @@
 //! The receivers measured, and widened where they are flat.
 
+use super::NearDepth;
 use super::extent::{Extent, least_size};
 use super::frame::{Frame, Measures, Place};
 use crate::error::Error;
 use crate::math::{max, min};
+use crate::scene::Bounds;
 use crate::warp::Warp;
 
 /// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where
 /// that is more than 2^-12, as for a body that is a point far from its origin, the excess is made smaller.
 const MOST_STEEP: f64 = (1_u64 << 40) as f64;
-/// The same for casters that are very much further away than the body is long: their distance over the body's extent,
-/// times the excess, tilts the row of depth against the light, by the rounding of its axes. At this value it does by
-/// 6 %.
-const MOST_STEEP_DEPTH: f64 = (1_u64 << 48) as f64;
+/// Casters that are further away than this times the body's extent along the warp, over the excess, are not known in `f64`:
+/// the rounding of the light's direction moves them by 6 % of the `w` that they have. (With no warp there is no such limit.)
+const FARTHEST_CASTERS: f64 = (1_u64 << 48) as f64;
 
 /// The receivers measured, and widened where they are flat: all that a rule looks at.
 pub(super) struct Prepared<const SPOT: bool> {
@@ -54,8 +55,23 @@ impl<const SPOT: bool> Prepared<SPOT> {
             let nearest = min(spot.near(), self.measures.base.low);
             return d * MOST_STEEP / max(self.distance * (self.measures.base.low / nearest), d);
         }
-        let casters = frame.fit.caster_reach(frame.origin);
-        d * min(MOST_STEEP / max(self.distance, d), MOST_STEEP_DEPTH / max(casters, d))
+        d * MOST_STEEP / max(self.distance, d)
+    }
+
+    /// The casters under a light at infinity, as far as `f64` knows where they cast with this warp; `None` if none are wanted,
+    /// or all are further away.
+    #[inline(always)]
+    pub(super) fn casters(&self, frame: &Frame, warp: Warp) -> Option<Bounds> {
+        let fit = frame.fit;
+        if fit.near_depth == NearDepth::Receivers {
+            return None;
+        }
+        let reach = self.along.size() * FARTHEST_CASTERS / warp.excess();
+        if fit.caster_reach(frame.origin) <= reach {
+            Some(*fit.casters)
+        } else {
+            fit.casters.within(frame.origin, reach)
+        }
     }
 
     pub(super) fn most_ratio(&self, frame: &Frame) -> f64 {

@@ -29,7 +29,8 @@ pub enum LightSpaceRule {
     /// slowly.
     Extent,
     /// As [`Extent`](Self::Extent) with `z_n/sin gamma` in place of `z_n`: the authors' sample code. Off below
-    /// `sin gamma` of `sqrt(z_n/d)`, and the only one in the table above that is never worse than uniform. The default.
+    /// `sin gamma` of `sqrt(z_n/d)`. On the axis, in each column of this table, it is no worse than uniform; off the axis
+    /// it can be (see above). The default.
     #[default]
     Damped,
     /// `n = (z_n + sqrt(z_n z_f))/sin gamma`, with the depths of the body.

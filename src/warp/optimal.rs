@@ -1,4 +1,4 @@
-//! The best warp: the exact minimum of the worst error over a body.
+//! The best warp of the family: the minimum of the worst error over a body.
 
 use crate::math::{max, min, sqrt};
 
@@ -14,7 +14,7 @@ use crate::math::{max, min, sqrt};
 ///
 /// - Along the warp each point gives `((1 - t)^2/rho + 2 t (1 - t) + t^2 rho) base/z`, a convex function of `rho` that is
 ///   strictly falling, strictly growing, or strictly convex; so the greatest of them is convex and has one minimum. That is
-///   continuous in camera and light, as long as the axes are.
+///   continuous in camera and light where the axes are.
 /// - Across it, a point `k` that is worst, with `i` and `j` at the two sides of the map, gives `x_i w_k/w_i - x_j w_k/w_j`
 ///   over `z_k`, where `x_i >= 0 >= x_j`. Each of the two terms is a linear fraction of `rho`, so monotone; if one grows and the
 ///   other falls, the ratio of their slopes is a square of a linear fraction that grows, so the sum first falls and then grows.
@@ -23,12 +23,13 @@ use crate::math::{max, min, sqrt};
 /// - So is the larger of both. Only the product may have two valleys; they lie between the minima along and across.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Objective {
-    /// The error along the warp. Continuous in camera and light.
+    /// The error along the warp. Continuous in camera and light where the axes are.
     Along,
-    /// The error across the warp. Where its valley is flat, the least ratio of it that is found counts, so it can jump.
+    /// The error across the warp. Where its valley is flat, to 1e-9, the error along decides. It can jump.
     Across,
     /// The larger of both, which is what [`Fit::worst_texel`](crate::Fit::worst_texel) tells. The default. Where the error
-    /// across decides, it can change as fast as that one does.
+    /// across decides, it can change as fast as that one does. On axes fixed by the light the finished map may be no better
+    /// than the one without a warp, which is then taken: there it can jump.
     #[default]
     Larger,
     /// The product of both: how many times more texels a map needs everywhere to have no error anywhere, the storage
@@ -236,9 +237,14 @@ const HALVINGS: usize = 41;
 /// One round in three halves the bracket whatever the others do.
 const MOST_ROUNDS: usize = 3 * HALVINGS;
 
+/// The number, or the end of the bracket that it is beyond. NaN is the upper one. (`f64::clamp` may panic.)
+fn within(x: f64, low: f64, high: f64) -> f64 {
+    max(min(x, high), low)
+}
+
 /// The middle of a bracket, in logarithm, and inside it whatever the rounding.
 fn halved(low: f64, high: f64) -> f64 {
-    sqrt(low * high).clamp(low, high)
+    within(sqrt(low * high), low, high)
 }
 
 /// The minimum of an error that first falls and then grows.
@@ -324,18 +330,23 @@ fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
     if falling.value(of_growing) <= growing.value(of_growing) {
         return of_growing;
     }
+    // Between the two minima one falls and the other grows, so they meet once, whichever minimum comes first.
+    let ((mut a, growing), (mut b, falling)) = if of_growing <= of_falling {
+        ((of_growing, growing), (of_falling, falling))
+    } else {
+        ((of_falling, falling), (of_growing, growing))
+    };
     if let (Piece::Along(p), Piece::Along(q)) = (falling, growing) {
         // Both are squares, but for the ratio, of functions that are linear.
-        let (a, b) = (sqrt(p.along), sqrt(q.along));
-        let met = (a * p.start - b * q.start) / (b * q.end - a * p.end);
+        let (root_p, root_q) = (sqrt(p.along), sqrt(q.along));
+        let met = (root_p * p.start - root_q * q.start) / (root_q * q.end - root_p * p.end);
         // Two points that differ by rounding give anything.
-        return if of_growing <= met && met <= of_falling { met } else { of_falling };
+        return within(met, a, b);
     }
-    // Between the two minima one falls and the other grows, so they meet once. Halley's method in logarithms, where both are
+    // Halley's method in logarithms, where both are
     // nearly straight: with the quotient r = p/q of the two and its slope s, the next ratio is r^(-1/s) times this one, and
     // that power a fraction which is right to third order about 1. The bracket [a, b] holds the meeting, and each ratio lies
     // in it: one that leaves it, and one in three, is its middle.
-    let (mut a, mut b) = (of_growing, of_falling);
     let mut ratio = a;
     for round in 1..=MOST_ROUNDS {
         let ([n, dn], [d, dd]) = growing.fraction(ratio);
@@ -346,7 +357,7 @@ fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
         let next = ratio * (((1.0 + power) * p + (1.0 - power) * q) / ((1.0 - power) * p + (1.0 + power) * q));
         if (p - q).abs() <= NEARLY * p {
             // A step of third order from here: what is left of it outside of the bracket is rounding.
-            return if next.is_nan() { ratio } else { next.clamp(a, b) };
+            return if next.is_nan() { ratio } else { within(next, a, b) };
         }
         ratio = if a < next && next < b && round % 3 > 0 { next } else { halved(a, b) };
         if b <= a * (1.0 + ACCURACY) {
@@ -428,7 +439,7 @@ pub(crate) fn least_between([along, across]: [f64; 2], value: impl Fn(f64) -> f6
     let (last, error) = if f_c <= f_d { (c, f_c) } else { (d, f_d) };
     let (step, error) = if error < least { (last, error) } else { (best, least) };
     // No warp is not between the two, where one of the errors grows from the start.
-    if value(1.0) <= error { 1.0 } else { place(step).clamp(low, high) }
+    if value(1.0) <= error { 1.0 } else { within(place(step), low, high) }
 }
 
 #[cfg(test)]
