@@ -41,7 +41,9 @@ pub(crate) fn is_usual_run() -> bool {
 /// file of kept failures and chooses the stream of random numbers.
 pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: impl FnMut(S::Value)) {
     // FNV-1a: each name has a stream of its own.
-    let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
+    let hash = name
+        .bytes()
+        .fold(0xcbf2_9ce4_8422_2325, |hash: u64, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3));
     let file: &'static str = format!("tests/regressions/{}.txt", name.replace('/', "-")).leak();
     let config = Config {
         cases: cases.checked_mul(multiplier()).expect("SHADOW_WARP_CASES is too large"),
