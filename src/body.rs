@@ -1,6 +1,8 @@
 //! Convex polyhedra of fixed capacity: what is seen, and what can shadow it.
 
 mod clip;
+mod face;
+mod face_set;
 mod lit;
 mod middle;
 mod reach;
@@ -9,11 +11,13 @@ mod sweep;
 pub use lit::LitBody;
 pub(crate) use middle::Middle;
 pub(crate) use reach::Reach;
-pub use sweep::CasterBody;
+pub use sweep::{CasterBody, WideCasterBody};
 
 use glam::DVec3;
 
 use self::clip::Scratch;
+pub use self::face::Face;
+use self::face_set::FaceSet;
 
 use crate::error::{Error, require_position};
 use crate::math::{max, min};
@@ -36,7 +40,20 @@ use crate::view::View;
 /// # Capacity
 /// A simple polytope with `f` faces has `2f - 4` vertices and `3f - 6` edges (Euler, with `3v = 2e`). A cut adds one
 /// face, and its new vertices go where removed ones were, so a body that starts as a box and is cut by `k` planes
-/// never has more than `2(6 + k) - 4` vertices: 20 for the six planes of a view ([`Body`]).
+/// never has more than `2(6 + k) - 4` vertices.
+///
+/// | body | planes | `F` | `V` |
+/// |---|---|---|---|
+/// | [`Body`] | a box, a view | 6 + 6 = 12 | 20 |
+/// | [`WideBody`] | and the engine's own | 12 + 8 = 20 | 36 |
+/// | [`LitBody`] | and a lamp's near plane, range and eight sides | 20 + 10 = 30 | 56 |
+/// | [`CasterBody`] of a [`Body`] | `3F`: see there | 36 | 68 |
+/// | [`WideCasterBody`] of a [`WideBody`] | `3F` | 60 | 116 |
+/// | all that may come | those of a lit body, 9 of what a box of casters can shadow, 2 of a slab of depths | 41 | 78 |
+/// | casters of that | `3F` | 123 | 242 |
+///
+/// A set of faces is one word of 64 bits up to `F = 64`, which bounds a body whose casters are wanted to `F <= 21`; and two
+/// words up to `F = 128`, enough for the last row. Vertices are numbered in a byte: `V <= 255`.
 #[derive(Clone, Copy, Debug)]
 pub struct ConvexBody<const V: usize, const F: usize> {
     origin: DVec3,
@@ -55,13 +72,20 @@ pub struct ConvexBody<const V: usize, const F: usize> {
 /// A box cut by the six planes of a view: at most 12 faces, 20 vertices, 30 edges.
 pub type Body = ConvexBody<20, 12>;
 
-/// A face of a body: its plane, and its corners in counter-clockwise order, seen from outside.
-#[derive(Clone, Copy, Debug)]
-pub struct Face<'a, const V: usize, const F: usize> {
-    body: &'a ConvexBody<V, F>,
-    plane: usize,
-    start: usize,
-}
+/// A [`Body`] with room for eight more planes, the engine's own: a mirror, a portal, a zone. At most 20 faces, 36 vertices,
+/// 54 edges.
+///
+/// ```
+/// use shadow_warp::{Bounds, Plane, View, WideBody, glam::DVec3};
+/// let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0, 1.5, 0.1..100.0)?;
+/// let bounds = Bounds::new(DVec3::splat(-50.0), DVec3::splat(50.0))?;
+/// let mut body = WideBody::visible(&view, &bounds);
+/// // Nothing beyond a wall 20 units ahead. Planes are relative to the body's origin.
+/// body.cut(&Plane::new(DVec3::Z, DVec3::Z * 20.0)?.relative_to(body.origin()))?;
+/// assert!(body.bounds_along(DVec3::Z).is_some_and(|[_, far]| far <= 20.0));
+/// # Ok::<(), shadow_warp::Error>(())
+/// ```
+pub type WideBody = ConvexBody<36, 20>;
 
 /// `next` and `left` of a box. Bit `a` of a vertex's number says whether it lies at the greater end
 /// of axis `a`; face `2 a + bit` likewise. Vertices with an odd number of bits see their edges along x, y, z
@@ -87,7 +111,11 @@ const BOX: ([[u16; 4]; 8], [[u8; 4]; 8]) = {
 };
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
-    const ROOM_FOR_A_BOX: () = assert!(V >= 8 && V <= 255 && F >= 6 && F <= 64);
+    const ROOM_FOR_A_BOX: () = assert!(V >= 8 && V <= 255 && F >= 6 && F <= FaceSet::<F>::MOST);
+    const ROOM_FOR_A_VIEW: () = assert!(V >= 20 && F >= 12, "a box cut by a view may have 12 faces and 20 vertices");
+
+    /// What [`LitBody`] and the part below a box of casters have room for, beside their own planes.
+    const NO_WIDER: () = assert!(F <= 20, "for bodies of up to 20 faces");
 
     /// Returns a box, with coordinates relative to `origin`.
     ///
@@ -135,6 +163,43 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         body
     }
 
+    /// Returns what a camera can see of a box: the box cut by the view volume. May be empty. As a [`Body`], or as a
+    /// [`WideBody`] with room for planes of the engine's own.
+    ///
+    /// The origin is the point of the box closest to the eye: the eye itself where it is inside. The view's planes go
+    /// through it then without rounding, and a small box far away keeps its own accuracy.
+    ///
+    /// ```
+    /// use shadow_warp::{Body, Bounds, View, glam::DVec3};
+    /// let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 90f64.to_radians(), 1.0, 1.0..3.0)?;
+    /// let body = Body::visible(&view, &Bounds::new(DVec3::splat(-10.0), DVec3::splat(10.0))?);
+    /// // A frustum: thirds of 3 * 6^2 less 1 * 2^2.
+    /// assert!((body.volume() - (3.0 * 36.0 - 4.0) / 3.0).abs() < 1e-13);
+    /// # Ok::<(), shadow_warp::Error>(())
+    /// ```
+    #[must_use]
+    pub fn visible(view: &View, bounds: &Bounds) -> Self {
+        let () = Self::ROOM_FOR_A_VIEW;
+        let origin = view.eye().clamp(bounds.min(), bounds.max());
+        let to_eye = view.eye() - origin;
+        // No more of the box than the view can reach, so that a box without measure leaves the numbers their digits.
+        let reach = DVec3::splat(view.reach());
+        let low = (bounds.min() - origin).max(to_eye - reach);
+        let high = (bounds.max() - origin).min(to_eye + reach);
+        let mut body = Self::between(low, high, origin);
+        let mut scratch = Scratch::new();
+        for plane in view.planes() {
+            let plane = plane.relative_to(-to_eye);
+            // The corner of the box that is furthest along the normal tells most planes apart without a cut.
+            let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
+            if furthest > plane.offset() {
+                // A box cut by six planes has room: 20 vertices, 12 faces.
+                let _ = body.cut_with(&plane, &mut scratch);
+            }
+        }
+        body
+    }
+
     /// Returns the point in world space that vertices and planes are relative to.
     #[must_use]
     pub fn origin(&self) -> DVec3 {
@@ -160,12 +225,10 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 
     /// Returns the faces.
     pub fn faces(&self) -> impl Iterator<Item = Face<'_, V, F>> {
-        let mut seen = 0_u64;
+        let mut seen = FaceSet::<F>::NONE;
         self.halves().filter_map(move |start| {
             let plane = self.left(start);
-            let new = seen & 1 << plane == 0;
-            seen |= 1 << plane;
-            new.then_some(Face { body: self, plane, start })
+            seen.insert(plane).then_some(Face { body: self, plane, start })
         })
     }
 
@@ -201,6 +264,17 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             (a - apex).dot((b - apex).cross(c - apex))
         });
         max(six_volumes.sum::<f64>() / 6.0, 0.0)
+    }
+
+    /// Copies a body into one with other capacity, about the same origin. The caller sees to it that it fits.
+    fn resized<const V2: usize, const F2: usize>(&self) -> ConvexBody<V2, F2> {
+        let mut copy = ConvexBody::between(DVec3::ZERO, DVec3::ZERO, self.origin);
+        (copy.len, copy.planes_len) = (self.len.min(V2), self.planes_len.min(F2));
+        copy.points[..copy.len].copy_from_slice(&self.points[..copy.len]);
+        copy.next[..copy.len].copy_from_slice(&self.next[..copy.len]);
+        copy.left[..copy.len].copy_from_slice(&self.left[..copy.len]);
+        copy.planes[..copy.planes_len].copy_from_slice(&self.planes[..copy.planes_len]);
+        copy
     }
 
     /// The numbers of all half-edges.
@@ -241,61 +315,15 @@ const fn after(half: usize) -> usize {
 }
 
 impl Body {
-    /// Returns what a camera can see of a box: the box cut by the view volume. May be empty.
-    ///
-    /// The origin is the point of the box closest to the eye: the eye itself where it is inside. The view's planes go
-    /// through it then without rounding, and a small box far away keeps its own accuracy.
-    ///
-    /// ```
-    /// use shadow_warp::{Body, Bounds, View, glam::DVec3};
-    /// let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 90f64.to_radians(), 1.0, 1.0..3.0)?;
-    /// let body = Body::visible(&view, &Bounds::new(DVec3::splat(-10.0), DVec3::splat(10.0))?);
-    /// // A frustum: thirds of 3 * 6^2 less 1 * 2^2.
-    /// assert!((body.volume() - (3.0 * 36.0 - 4.0) / 3.0).abs() < 1e-13);
-    /// # Ok::<(), shadow_warp::Error>(())
-    /// ```
+    /// Returns the same body with room for eight more planes.
     #[must_use]
-    pub fn visible(view: &View, bounds: &Bounds) -> Self {
-        let origin = view.eye().clamp(bounds.min(), bounds.max());
-        let to_eye = view.eye() - origin;
-        // No more of the box than the view can reach, so that a box without measure leaves the numbers their digits.
-        let reach = DVec3::splat(view.reach());
-        let low = (bounds.min() - origin).max(to_eye - reach);
-        let high = (bounds.max() - origin).min(to_eye + reach);
-        let mut body = Self::between(low, high, origin);
-        let mut scratch = Scratch::new();
-        for plane in view.planes() {
-            let plane = plane.relative_to(-to_eye);
-            // The corner of the box that is furthest along the normal tells most planes apart without a cut.
-            let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
-            if furthest > plane.offset() {
-                // A box cut by six planes has room: 20 vertices, 12 faces.
-                let _ = body.cut_with(&plane, &mut scratch);
-            }
-        }
-        body
+    pub fn widened(&self) -> WideBody {
+        self.resized()
     }
 }
 
-impl<'a, const V: usize, const F: usize> Face<'a, V, F> {
-    /// Returns the plane of the face, with outward normal, relative to [`ConvexBody::origin`].
-    #[must_use]
-    pub fn plane(&self) -> Plane {
-        self.body.planes[self.plane]
-    }
-
-    /// Returns the indices of the corners, counter-clockwise seen from outside.
-    pub fn corners(&self) -> impl Iterator<Item = usize> + use<'a, V, F> {
-        let (body, start) = (self.body, self.start);
-        let following = move |&half: &usize| Some(body.next(half)).filter(|&next| next != start);
-        core::iter::successors(Some(start), following).map(|half| half >> 2)
-    }
-
-    /// Returns the triangles of a fan over the face, counter-clockwise seen from outside.
-    pub fn triangles(&self) -> impl Iterator<Item = [DVec3; 3]> + use<'a, V, F> {
-        let points = &self.body.points;
-        let first = points[self.start >> 2];
-        let rest = self.corners().skip(1);
-        rest.zip(self.corners().skip(2)).map(move |(a, b)| [first, points[a], points[b]])
+impl From<Body> for WideBody {
+    fn from(body: Body) -> Self {
+        body.widened()
     }
 }

@@ -156,7 +156,7 @@ mod warp;
 pub use basis::{Axes, LightSpace};
 #[doc(no_inline)]
 pub use bias::{DepthFormat, Filter, vertex_depth_error};
-pub use body::{Body, CasterBody, ConvexBody, Face, LitBody};
+pub use body::{Body, CasterBody, ConvexBody, Face, LitBody, WideBody, WideCasterBody};
 pub use clip_space::{ClipSpace, DepthRange};
 pub use error::Error;
 pub use fit::{Fit, NearDepth};

@@ -12,9 +12,6 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The point at the origin.
-    pub(crate) const AT_ORIGIN: Self = Self { min: DVec3::ZERO, max: DVec3::ZERO };
-
     /// Returns the box between two corners.
     ///
     /// # Errors

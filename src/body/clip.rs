@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{ConvexBody, after, before};
+use super::{ConvexBody, FaceSet, after, before};
 use crate::error::Error;
 use crate::math::min;
 use crate::plane::Plane;
@@ -63,8 +63,11 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         if self.planes_len < F {
             return Ok(self.planes_len);
         }
-        let used = self.halves().fold(0_u64, |set, half| set | 1 << self.left(half));
-        (6..F).find(|f| used & 1 << f == 0).ok_or(Error::BodyFull)
+        let mut used = FaceSet::<F>::NONE;
+        for half in self.halves() {
+            used.insert(self.left(half));
+        }
+        (6..F).find(|&face| !used.contains(face)).ok_or(Error::BodyFull)
     }
 
     /// Cuts along the edges between kept and removed vertices, if they form a single cycle that crosses no face
@@ -97,12 +100,11 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 
         // From each cut edge follow the face to its right, along the kept side, to the cut edge where that face ends;
         // and on from there, until the cycle closes.
-        let (mut i, mut crossed, mut twice, mut steps) = (0, 0_u64, false, 0);
+        let (mut i, mut crossed, mut twice, mut steps) = (0, FaceSet::<F>::NONE, false, 0);
         loop {
             let mut half = usize::from(cut[i].start);
             let face = self.left(half);
-            twice |= crossed & 1 << face != 0;
-            crossed |= 1 << face;
+            twice |= !crossed.insert(face);
             while half & NEW == 0 {
                 half = self.next(half);
             }

@@ -10,18 +10,19 @@ use crate::math::sqrt;
 use crate::plane::Plane;
 use crate::scene::Bounds;
 
-/// A [`Body`] cut by the near plane, the far plane and the eight sides of a spot light: at most 22 faces, 40 vertices.
-pub type LitBody = ConvexBody<40, 22>;
+/// A [`Body`] or [`WideBody`](super::WideBody) cut by the near plane, the far plane and the eight sides of a spot light: at
+/// most 30 faces, 56 vertices.
+pub type LitBody = ConvexBody<56, 30>;
 
-impl Body {
+impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Returns the part of this body that a light can shine on, as far as the light's own shape says: all of it at infinity,
     /// and for a point light; for a spot light what lies in its cone, between near and range. The cone is taken as the
     /// pyramid of eight sides about it, two of them across each of the axes of light space, which must be that of this light. May
-    /// be empty.
+    /// be empty. For bodies of up to 20 faces.
     #[must_use]
     pub fn lit_by(&self, light: &Light, space: &LightSpace) -> LitBody {
-        // The box is replaced by this body's own tables.
-        let mut lit: LitBody = self.resized(&Bounds::AT_ORIGIN);
+        let () = Self::NO_WIDER;
+        let mut lit: LitBody = self.resized();
         if let Light::Spot(spot) = light {
             let mut scratch = Scratch::new();
             for plane in spot.planes(self.origin(), [space.x, space.z]) {
@@ -31,7 +32,9 @@ impl Body {
         }
         lit
     }
+}
 
+impl Body {
     /// The part of a box where some rows, about an origin, are not negative: at most six. Wider by a rounding of the
     /// coordinates, so that a box without width is not missed.
     pub(crate) fn where_positive(bounds: &Bounds, origin: DVec3, rows: &[DVec4]) -> Self {

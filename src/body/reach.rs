@@ -2,7 +2,7 @@
 
 use glam::{DVec3, DVec4};
 
-use super::{Body, ConvexBody};
+use super::ConvexBody;
 use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
@@ -34,9 +34,10 @@ pub(crate) struct Reach<const V: usize = 20> {
 /// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
 const NEVER: f64 = 1e150;
 
-/// A body cut by the sweep of a box: 6 faces, of which at most 3 are hidden from the light, and at most 6 edges
-/// between.
-type ShadedBody = ConvexBody<38, 21>;
+/// A body of up to 20 faces cut by the sweep of a box: at most 3 of its 6 faces look against the sweep, with 6 edges around
+/// them. A face that lies along the sweep takes one plane, and those of its own edges away: so 9 planes, whatever the
+/// direction.
+type ShadedBody = ConvexBody<54, 29>;
 
 impl<const V: usize> Reach<V> {
     /// Starts the search, with no vertex seen. The rows are relative to `origin`.
@@ -153,12 +154,13 @@ impl<const V: usize> Reach<V> {
     }
 }
 
-impl Reach {
-    /// Returns the answer for any body; minus infinity if it has no casters.
+impl<const V: usize> Reach<V> {
+    /// Returns the answer for any body of up to 20 faces; minus infinity if it has no casters.
     #[cold]
-    pub(crate) fn of_any(&self, body: &Body, casters: &Bounds) -> f64 {
+    pub(crate) fn of_any<const F: usize>(&self, body: &ConvexBody<V, F>, casters: &Bounds) -> f64 {
+        let () = ConvexBody::<V, F>::NO_WIDER;
         // Only that part of the body counts above which there is some of the box.
-        let mut shaded: ShadedBody = body.resized(casters);
+        let mut shaded: ShadedBody = body.resized();
         let whole: ConvexBody<8, 6> = ConvexBody::box_about(casters, body.origin);
         let size = body.size_with(casters);
         for plane in whole.sweep_planes(-self.to_light) {
@@ -168,7 +170,7 @@ impl Reach {
             let _ = shaded.cut(&plane);
         }
         let origin = body.origin - self.shift;
-        let mut reach = Reach::<38>::new(self.to_light, casters, origin, self.shift, [self.height, self.w]);
+        let mut reach = Reach::new(self.to_light, casters, origin, self.shift, [self.height, self.w]);
         for (vertex, point) in shaded.vertices().iter().enumerate() {
             let q = *point + self.shift;
             reach.include(vertex, q, self.height.dot(q.extend(1.0)), 1.0 / self.w.dot(q.extend(1.0)));
@@ -177,7 +179,7 @@ impl Reach {
     }
 }
 
-impl Body {
+impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Whether the box that the body was cut from lies inside another one. Says no for some bodies that are inside.
     #[inline(always)]
     pub(crate) fn is_inside(&self, bounds: &Bounds) -> bool {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::clip::Scratch;
-use super::{Body, ConvexBody, after};
+use super::{Body, ConvexBody, WideBody, after};
 use crate::error::Error;
 use crate::light::{Directional, Light};
 use crate::math::{max, sqrt};
@@ -12,11 +12,16 @@ use crate::scene::Bounds;
 
 /// The casters' box cut by the sweep of a [`Body`] towards the light.
 ///
-/// Capacity: the sweep of a body with `F = 12` faces is bounded by its `b` back faces and one plane for each of the `S`
-/// edges between a back and a front face. Both kinds of faces hang together, so they share at least `b - 1` and
-/// `F - b - 1` of the `3F - 6` edges among themselves, and `S <= 2F - 4 = 20`. Where `S` is that large, `b <= 10`:
-/// no plane but these 30 cuts the box, which leaves at most 36 faces and 68 vertices.
+/// Capacity: the sweep of a body with `F` faces is bounded by its `b` back faces and one plane for each of the `S` edges
+/// between a back and a front face. Of the three edges at a vertex at most two are between faces of different kinds, so
+/// `S` is at most the number of vertices, `2F - 4`. Where all faces but one are back faces, `S` is the number of that
+/// one's edges, at most `F - 1`. So `b + S <= max(F - 2 + 2F - 4, F - 1 + F - 1) = 3F - 6`, whatever the signs. With the six
+/// planes of the box that makes `3F` faces and `6F - 4` vertices: 36 and 68 for the 12 faces of a [`Body`].
 pub type CasterBody = ConvexBody<68, 36>;
+
+/// The casters' box cut by the sweep of a [`WideBody`] towards the light: `3F` faces and `6F - 4` vertices, as for a
+/// [`CasterBody`], with `F = 20`.
+pub type WideCasterBody = ConvexBody<116, 60>;
 
 /// The planes of two faces that meet at a sharper angle than this, in radians, leave fewer than 10 good digits to one
 /// between.
@@ -25,9 +30,9 @@ const BLADE: f64 = 1e-6;
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// The planes that bound the sweep of this body along a unit direction, to infinity.
     ///
-    /// A face that looks against the direction bounds the sweep too. An edge between a face that looks along the
-    /// direction, `n1 . d > 0`, and one that does not, `n2 . d <= 0`, gives the plane `(n1.d) n2 - (n2.d) n1`: it
-    /// passes through the edge, along the direction. Where two faces meet like a blade this cancels, and the edge
+    /// A face that looks against the direction, or lies along it, bounds the sweep too. An edge between a face that looks
+    /// along the direction, `n1 . d > 0`, and one that looks against it, `n2 . d < 0`, gives the plane
+    /// `(n1.d) n2 - (n2.d) n1`: it passes through the edge, along the direction. Where two faces meet like a blade this cancels, and the edge
     /// itself gives the normal. Either way the plane is then made to be along the direction and moved to touch the
     /// body, so that it contains the sweep whatever rounding has done to the normal.
     pub(super) fn sweep_planes(&self, direction: DVec3) -> impl Iterator<Item = Plane> {
@@ -36,7 +41,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             let next = self.next(half);
             let (front, back) = (self.planes[self.left(half)].normal(), self.planes[self.left(after(next))].normal());
             let (along, against) = (front.dot(direction), back.dot(direction));
-            if along <= 0.0 || against > 0.0 {
+            if along <= 0.0 || against >= 0.0 {
                 return None;
             }
             let between = unit(back * along - front * against, BLADE * (along - against));
@@ -48,19 +53,6 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             Some(Plane::from_unit(normal, self.bounds_along(normal)?[1]))
         });
         back.chain(sides)
-    }
-
-    /// Copies a body into one with other capacity, about the same origin. The caller sees to it that it fits.
-    pub(super) fn resized<const V2: usize, const F2: usize>(&self, bounds: &Bounds) -> ConvexBody<V2, F2> {
-        let mut copy = ConvexBody::box_about(bounds, self.origin);
-        (copy.len, copy.planes_len) = (self.len, self.planes_len);
-        for v in 0..self.len.min(V2) {
-            (copy.points[v], copy.next[v], copy.left[v]) = (self.points[v], self.next[v], self.left[v]);
-        }
-        for f in 0..self.planes_len.min(F2) {
-            copy.planes[f] = self.planes[f];
-        }
-        copy
     }
 }
 
@@ -89,6 +81,26 @@ impl Body {
     /// # Errors
     /// [`Error::Unsupported`] for lights that are not directional.
     pub fn casters(&self, light: &Light, casters: &Bounds) -> Result<CasterBody, Error> {
+        self.casters_in(light, casters)
+    }
+}
+
+impl WideBody {
+    /// Returns all that can cast a shadow on this body, as for a [`Body`].
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for lights that are not directional.
+    pub fn casters(&self, light: &Light, casters: &Bounds) -> Result<WideCasterBody, Error> {
+        self.casters_in(light, casters)
+    }
+}
+
+impl<const V: usize, const F: usize> ConvexBody<V, F> {
+    fn casters_in<const V2: usize, const F2: usize>(
+        &self,
+        light: &Light,
+        casters: &Bounds,
+    ) -> Result<ConvexBody<V2, F2>, Error> {
         let light = light.as_directional()?;
         let exact = self.swept(light, casters, 0.0);
         // A flat box may have been cut away whole by rounding.
@@ -99,8 +111,13 @@ impl Body {
     }
 
     /// The casters' box cut by the sweep, whose planes are moved out by a margin.
-    fn swept(&self, light: &Directional, casters: &Bounds, margin: f64) -> CasterBody {
-        let mut body = CasterBody::box_about(casters, self.origin);
+    fn swept<const V2: usize, const F2: usize>(
+        &self,
+        light: &Directional,
+        casters: &Bounds,
+        margin: f64,
+    ) -> ConvexBody<V2, F2> {
+        let mut body = ConvexBody::box_about(casters, self.origin);
         let mut scratch = Scratch::new();
         if self.is_empty() {
             body.len = 0;
@@ -124,4 +141,44 @@ impl Body {
 fn unit(v: DVec3, least: f64) -> Option<DVec3> {
     let length = sqrt(v.length_squared());
     (length > least).then(|| v / length)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::dvec3;
+
+    use super::*;
+
+    /// A trough of strips that touch the parabola `z = x^2` from below, under a roof of two faces. Seen from above the
+    /// roof is all: a silhouette with as many edges as there can be.
+    fn trough<const V: usize, const F: usize>(strips: u8) -> Result<ConvexBody<V, F>, Error> {
+        let mut body = ConvexBody::from_box(&Bounds::new(DVec3::splat(-10.0), DVec3::splat(10.0))?, DVec3::ZERO)?;
+        for y in [-1.0, 1.0] {
+            body.cut(&Plane::new(dvec3(0.0, y, 1.0), DVec3::Z)?)?;
+        }
+        for strip in 0..strips {
+            let x = (2.0 * f64::from(strip) + 1.0) / f64::from(strips) - 1.0;
+            body.cut(&Plane::new(dvec3(2.0 * x, 0.0, -1.0), dvec3(x, 0.0, x * x))?)?;
+        }
+        Ok(body)
+    }
+
+    fn casters<const V: usize, const F: usize, const V2: usize, const F2: usize>(
+        strips: u8,
+    ) -> Result<[usize; 2], Error> {
+        let body: ConvexBody<V, F> = trough(strips)?;
+        assert_eq!(body.faces().count(), usize::from(strips) + 2);
+        // Takes the ends of the trough, its lowest edge and the eaves' furthest points.
+        let bounds = Bounds::new(dvec3(-0.99, -1.0, -0.001), dvec3(0.99, 1.0, 5.0))?;
+        let casters: ConvexBody<V2, F2> = body.casters_in(&Light::directional(DVec3::Z)?, &bounds)?;
+        Ok([casters.faces().count(), casters.vertices().len()])
+    }
+
+    #[test]
+    fn a_trough_has_casters_with_as_many_faces_as_can_be() -> Result<(), Error> {
+        // The six faces of the box that a trough is cut from are gone, but not their places.
+        assert_eq!(casters::<32, 18, 68, 36>(10)?, [36, 68]);
+        assert_eq!(casters::<48, 26, 116, 60>(18)?, [60, 116]);
+        Ok(())
+    }
 }
