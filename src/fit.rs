@@ -13,7 +13,7 @@ use self::extent::{Extent, at, least_size, row};
 use self::frame::Frame;
 use crate::aliasing;
 use crate::basis::{Axes, LightSpace};
-use crate::body::{Body, LitBody, Middle};
+use crate::body::{ConvexBody, LitBody, Middle};
 use crate::error::{Error, require, require_position};
 use crate::light::Light;
 use crate::map::ShadowMap;
@@ -39,7 +39,7 @@ pub enum NearDepth {
 /// `receivers` are bodies that a shadow is to be seen on: usually [`Body::visible`] of one box, or of several, whose
 /// union counts. They are borrowed, so that lights under one view share them. `casters` bounds all that casts shadows.
 #[derive(Clone, Copy, Debug)]
-pub struct Fit<'a> {
+pub struct Fit<'a, const V: usize = 20, const F: usize = 12> {
     /// The camera.
     pub view: &'a View,
     /// The light.
@@ -47,7 +47,7 @@ pub struct Fit<'a> {
     /// Bounds of all that casts shadows.
     pub casters: &'a Bounds,
     /// What shadows are to be seen on; several bodies count as their union.
-    pub receivers: &'a [Body],
+    pub receivers: &'a [ConvexBody<V, F>],
     /// The size of the map, `[width, height]` in texels. By default 1024 x 1024.
     pub map_size: [u32; 2],
     /// The size of the picture that is seen, `[width, height]` in pixels. By default 1920 x 1080. Only errors depend
@@ -65,10 +65,10 @@ pub struct Fit<'a> {
     pub warp_depths: Option<[f64; 2]>,
 }
 
-impl<'a> Fit<'a> {
+impl<'a, const V: usize, const F: usize> Fit<'a, V, F> {
     /// Returns the job, with default options; set its public fields for others.
     #[must_use]
-    pub fn new(view: &'a View, light: &'a Light, casters: &'a Bounds, receivers: &'a [Body]) -> Self {
+    pub fn new(view: &'a View, light: &'a Light, casters: &'a Bounds, receivers: &'a [ConvexBody<V, F>]) -> Self {
         Self {
             view,
             light,
@@ -118,15 +118,15 @@ impl<'a> Fit<'a> {
         let frame = self.frame()?;
         match (frame.spot.is_some(), rule) {
             (true, Rule::Perspective(rule)) if self.view.is_perspective() => {
-                homography::perspective::<true>(&frame, rule)
+                homography::perspective::<true, V, F>(&frame, rule)
             }
             (false, Rule::Perspective(rule)) if self.view.is_perspective() => {
-                homography::perspective::<false>(&frame, rule)
+                homography::perspective::<false, V, F>(&frame, rule)
             }
-            (true, Rule::Plane(plane)) => homography::plane::<true>(&frame, &plane),
-            (false, Rule::Plane(plane)) => homography::plane::<false>(&frame, &plane),
-            (true, _) => family::fit::<true>(&frame, rule),
-            (false, _) => family::fit::<false>(&frame, rule),
+            (true, Rule::Plane(plane)) => homography::plane::<true, V, F>(&frame, &plane),
+            (false, Rule::Plane(plane)) => homography::plane::<false, V, F>(&frame, &plane),
+            (true, _) => family::fit::<true, V, F>(&frame, rule),
+            (false, _) => family::fit::<false, V, F>(&frame, rule),
         }
     }
 
@@ -189,7 +189,7 @@ impl<'a> Fit<'a> {
 
     /// Light space, once everything that is not a number of light space is found to be in order.
     #[inline(always)]
-    fn frame(&self) -> Result<Frame<'_>, Error> {
+    fn frame(&self) -> Result<Frame<'_, V, F>, Error> {
         let no_zero = |[width, height]: [u32; 2]| width > 0 && height > 0;
         require(no_zero(self.map_size), "map_size", "must not be zero")?;
         require(no_zero(self.viewport), "viewport", "must not be zero")?;
@@ -221,7 +221,7 @@ impl<'a> Fit<'a> {
         let middle = if self.axes == Axes::VertexMean { None } else { self.centroid() };
         // The sum has the direction of the mean.
         let middle = middle.unwrap_or_else(|| {
-            let relative = |body: &'a Body| body.vertices().iter().map(move |v| *v + (body.origin() - eye));
+            let relative = |body: &'a ConvexBody<V, F>| body.vertices().iter().map(move |v| *v + (body.origin() - eye));
             self.receivers.iter().flat_map(relative).sum()
         });
         let length = sqrt(middle.length_squared());
@@ -232,7 +232,7 @@ impl<'a> Fit<'a> {
     fn centroid(&self) -> Option<DVec3> {
         let eye = self.view.eye();
         let bodies = || self.receivers.iter().map(|body| (body, body.origin() - eye));
-        let reach = |(body, shift): (&Body, DVec3)| {
+        let reach = |(body, shift): (&ConvexBody<V, F>, DVec3)| {
             body.vertices().iter().fold(0.0, |reach, v| max((*v + shift).abs().max_element(), reach))
         };
         let mut middle = Middle::new(bodies().map(reach).fold(0.0, max));
@@ -252,6 +252,6 @@ impl<'a> Fit<'a> {
 
     /// Returns the origin of the first receiver that is not empty.
     fn origin(&self) -> Result<DVec3, Error> {
-        self.receivers.iter().find(|body| !body.is_empty()).map(Body::origin).ok_or(Error::NothingVisible)
+        self.receivers.iter().find(|body| !body.is_empty()).map(ConvexBody::origin).ok_or(Error::NothingVisible)
     }
 }

@@ -18,7 +18,7 @@ const HUGE: f64 = 1e37;
 /// The absolute error of a product that rounds below the normal numbers: of each factor, times the other, and its own.
 const UNDERFLOW: f64 = f32::MIN_POSITIVE as f64 * 4.0 * U;
 
-impl Fit<'_> {
+impl<const V: usize, const F: usize> Fit<'_, V, F> {
     /// Returns how far rounding to `f32` can move a receiver or its casters in the map, at worst: `x` and `y` in
     /// texels, `z` in depth from 0 to 1. For the matrix [`ShadowMap::clip_from_world_at`] `origin`, rounded to `f32`,
     /// times positions relative to `origin`, rounded to `f32`, in `f32` arithmetic, with the sums in any order and

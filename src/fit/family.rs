@@ -15,7 +15,11 @@ use crate::warp::{Objective, Rule, TIE, Warp, on_axis};
 
 /// The excess by a rule that looks at no more than the line of sight.
 #[inline(always)]
-fn excess<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, rule: Rule) -> f64 {
+fn excess<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    prepared: &Prepared<SPOT>,
+    rule: Rule,
+) -> f64 {
     let Prepared { measures, along, .. } = prepared;
     let slab = || frame.slab(measures, *along);
     let axis = || frame.view_axis(*along);
@@ -42,9 +46,12 @@ const FADE: f64 = 4.0;
 
 /// The receivers measured, and the warp that a rule chooses for them.
 #[inline(always)]
-fn prepare<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<(Prepared<SPOT>, Warp), Error> {
+fn prepare<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    rule: Rule,
+) -> Result<(Prepared<SPOT>, Warp), Error> {
     let (prepared, mut excess) = match rule {
-        Rule::Optimal(objective) => optimal::prepare::<SPOT>(frame, objective)?,
+        Rule::Optimal(objective) => optimal::prepare::<SPOT, V, F>(frame, objective)?,
         _ => {
             let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
             let excess = excess(frame, &prepared, rule);
@@ -62,12 +69,15 @@ fn prepare<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<(Prepared<SPOT
     Ok((prepared, warp))
 }
 
-pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowMap, Error> {
-    let (prepared, warp) = prepare::<SPOT>(frame, rule)?;
-    let map = finish::<SPOT>(frame, &prepared, warp);
+pub(super) fn fit<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    rule: Rule,
+) -> Result<ShadowMap, Error> {
+    let (prepared, warp) = prepare::<SPOT, V, F>(frame, rule)?;
+    let map = finish::<SPOT, V, F>(frame, &prepared, warp);
     let promises = rule == Rule::Optimal(Objective::Larger) && warp.excess() > 0.0;
-    if promises && !is_better_than_none::<SPOT>(frame, &prepared, &map) {
-        return Ok(finish::<SPOT>(frame, &prepared, Warp::UNIFORM));
+    if promises && !is_better_than_none::<SPOT, V, F>(frame, &prepared, &map) {
+        return Ok(finish::<SPOT, V, F>(frame, &prepared, Warp::UNIFORM));
     }
     Ok(map)
 }
@@ -75,7 +85,11 @@ pub(super) fn fit<const SPOT: bool>(frame: &Frame, rule: Rule) -> Result<ShadowM
 /// Whether the finished map has a smaller worst texel than the one without a warp, or, of equal ones, a smaller error along
 /// its other axis. On axes fixed by the light the rectangle about the receivers is another one for each warp, and a flat body
 /// is fitted wider than it is: what the search knows nothing of.
-fn is_better_than_none<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, map: &ShadowMap) -> bool {
+fn is_better_than_none<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    prepared: &Prepared<SPOT>,
+    map: &ShadowMap,
+) -> bool {
     let texels = frame.fit.map_size.map(f64::from);
     let extents = match frame.fit.axes {
         Axes::View | Axes::Middle | Axes::VertexMean => {
@@ -83,7 +97,7 @@ fn is_better_than_none<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT
             [DVec2::new(side.size() / texels[0], 0.0), DVec2::new(0.0, prepared.along.size() / texels[1])]
         }
         Axes::LightFixed => {
-            let Rectangle { axes, sides, .. } = Rectangle::of::<SPOT>(frame);
+            let Rectangle { axes, sides, .. } = Rectangle::of::<SPOT, V, F>(frame);
             let sides = sides.map(|side| side.at_least(prepared.floor));
             [0, 1].map(|axis| askew(frame, axes[axis], 1.0) * (sides[axis].size() / texels[axis]))
         }
@@ -108,7 +122,7 @@ struct Rectangle {
 }
 
 impl Rectangle {
-    fn of<const SPOT: bool>(frame: &Frame) -> Self {
+    fn of<const SPOT: bool, const V: usize, const F: usize>(frame: &Frame<V, F>) -> Self {
         let axes = frame.space.fixed_axes();
         let place = frame.light.truncate() * frame.light.w;
         let rows = axes.map(|axis| row(axis, -axis.dot(place)));
@@ -118,12 +132,16 @@ impl Rectangle {
 
 /// A step along a texture axis goes partly across the warp and partly along it; less along where `w` is more at the point
 /// that the warp projects about.
-fn askew(frame: &Frame, axis: DVec3, w_middle: f64) -> DVec2 {
+fn askew<const V: usize, const F: usize>(frame: &Frame<V, F>, axis: DVec3, w_middle: f64) -> DVec2 {
     DVec2::new(axis.dot(frame.space.x).abs(), axis.dot(frame.space.z).abs() / w_middle)
 }
 
 /// The map with a warp.
-fn finish<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, warp: Warp) -> ShadowMap {
+fn finish<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    prepared: &Prepared<SPOT>,
+    warp: Warp,
+) -> ShadowMap {
     let &Prepared { ref measures, along, floor, centre, .. } = prepared;
     let (eta, d, base) = (warp.excess(), along.size(), frame.base);
     // The warp's denominator, over `base`: 1 where the body begins, 1 + eta where it ends.
@@ -150,7 +168,7 @@ fn finish<const SPOT: bool>(frame: &Frame, prepared: &Prepared<SPOT>, warp: Warp
             // The warp projects about the middle of the body's bounding rectangle. Seen along the light that is
             // inside the body, so w >= 1 there: a line through it with the body on one side would miss a side of
             // the rectangle.
-            let Rectangle { axes, rows, sides } = Rectangle::of::<SPOT>(frame);
+            let Rectangle { axes, rows, sides } = Rectangle::of::<SPOT, V, F>(frame);
             let middle = sides.map(Extent::middle);
             let in_plane = axes[0] * middle[0] + axes[1] * middle[1];
             let w_middle = 1.0 + (frame.space.z.dot(in_plane) - along.low) * (eta / d);

@@ -17,8 +17,8 @@ use crate::warp::{Slab, ViewAxis};
 /// tangents, and `height` is 1.
 ///
 /// Functions over the receivers take `SPOT` as a constant, so that those for a light at infinity do not divide by 1.
-pub(super) struct Frame<'a> {
-    pub(super) fit: &'a Fit<'a>,
+pub(super) struct Frame<'a, const V: usize, const F: usize> {
+    pub(super) fit: &'a Fit<'a, V, F>,
     pub(super) space: LightSpace,
     pub(super) origin: DVec3,
     /// The light as a homogeneous position, relative to the origin.
@@ -60,9 +60,9 @@ impl Place {
     pub(super) const NONE: Self = Self { across: 0.0, along: 0.0, base: 1.0, depth: 0.0 };
 }
 
-impl<'a> Frame<'a> {
+impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
     #[inline(always)]
-    pub(super) fn new(fit: &'a Fit<'a>) -> Result<Self, Error> {
+    pub(super) fn new(fit: &'a Fit<'a, V, F>) -> Result<Self, Error> {
         let origin = fit.origin()?;
         let space = fit.light_space()?;
         let LightSpace { x, y, z, .. } = space;

@@ -15,15 +15,21 @@ use crate::plane::Plane;
 use crate::warp::{PerspectiveRule, Warp, perspective_rows};
 
 /// The map of a perspective rule.
-pub(super) fn perspective<const SPOT: bool>(frame: &Frame, rule: PerspectiveRule) -> Result<ShadowMap, Error> {
+pub(super) fn perspective<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    rule: PerspectiveRule,
+) -> Result<ShadowMap, Error> {
     let measures = frame.measure::<SPOT>(|_| ())?;
     let depths = [measures.depth.low, measures.depth.high];
     let rows = perspective_rows(rule, frame.fit.view, frame.origin, frame.light, depths)?;
-    fit::<SPOT>(frame, &measures, rule.shift, rows).ok_or(crate::warp::INSIDE)
+    fit::<SPOT, V, F>(frame, &measures, rule.shift, rows).ok_or(crate::warp::INSIDE)
 }
 
 /// The map with the camera's picture of a plane.
-pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<ShadowMap, Error> {
+pub(super) fn plane<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    plane: &Plane,
+) -> Result<ShadowMap, Error> {
     let refused = Error::Unsupported {
         requested: "a map for a plane on which some of what is seen casts its shadow behind the eye, or not at all",
         use_instead: "Rule::OPTIMAL",
@@ -51,13 +57,13 @@ pub(super) fn plane<const SPOT: bool>(frame: &Frame, plane: &Plane) -> Result<Sh
         frame.height - measures.height.middle() * frame.base,
         cast(depth),
     ];
-    fit::<SPOT>(frame, &measures, 0.0, rows).ok_or(refused)
+    fit::<SPOT, V, F>(frame, &measures, 0.0, rows).ok_or(refused)
 }
 
 /// Fits a map to the receivers, seen by a camera moved back by `shift`: rows `u`, `v`, height and `w`, where `height/w` grows towards the light. `None` if `w` is
 /// not positive on them, or not known to be.
-fn fit<const SPOT: bool>(
-    frame: &Frame,
+fn fit<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
     measures: &Measures,
     shift: f64,
     [u, v, height, w]: [DVec4; 4],

@@ -13,8 +13,8 @@ use crate::warp::Warp;
 use crate::warp::optimal::{Aliasing, Objective, Piece, Point, Search, least_between, least_of_valley, on_flat_ground};
 
 /// The receivers as the errors depend on them.
-pub(super) struct Points<'a, const SPOT: bool> {
-    frame: &'a Frame<'a>,
+pub(super) struct Points<'a, const SPOT: bool, const V: usize, const F: usize> {
+    frame: &'a Frame<'a, V, F>,
     /// Where the body begins along the warp, and the reciprocal of its extent.
     start: f64,
     per_extent: f64,
@@ -26,9 +26,9 @@ pub(super) struct Points<'a, const SPOT: bool> {
     chosen: Option<Extent>,
 }
 
-impl<'a, const SPOT: bool> Points<'a, SPOT> {
+impl<'a, const SPOT: bool, const V: usize, const F: usize> Points<'a, SPOT, V, F> {
     #[inline(always)]
-    pub(super) fn new(frame: &'a Frame<'a>, prepared: &Prepared<SPOT>) -> Self {
+    pub(super) fn new(frame: &'a Frame<'a, V, F>, prepared: &Prepared<SPOT>) -> Self {
         let (fit, along) = (frame.fit, prepared.along);
         let pixels = fit.view.pixels_per_unit_at_one(fit.viewport);
         let texels = fit.map_size.map(f64::from);
@@ -99,7 +99,10 @@ const FEW: usize = 24;
 
 /// Measures the receivers, and finds the excess of the best warp. One body's vertices are kept as they are measured; where there
 /// are more, or only some depths count, every look at the points goes back to the bodies.
-pub(super) fn prepare<const SPOT: bool>(frame: &Frame, objective: Objective) -> Result<(Prepared<SPOT>, f64), Error> {
+pub(super) fn prepare<const SPOT: bool, const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    objective: Objective,
+) -> Result<(Prepared<SPOT>, f64), Error> {
     let (mut places, mut len) = ([Place::NONE; FEW], 0);
     let prepared = Prepared::<SPOT>::new(frame, |place| {
         if let Some(kept) = places.get_mut(len) {
@@ -164,7 +167,7 @@ fn best(
     if objective.of(&errors(1.0)) < objective.of(&errors(ratio)) * (1.0 - TIE) { 1.0 } else { ratio }
 }
 
-impl Fit<'_> {
+impl<const V: usize, const F: usize> Fit<'_, V, F> {
     /// Returns the worst perspective aliasing of a warp over the receivers, along the warp and across it, in pixels per
     /// texel: what [`Rule::Optimal`](crate::Rule::Optimal) minimises, for a map that need not be made. With
     /// [`Axes::View`](crate::Axes) and [`Axes::Middle`](crate::Axes), for receivers that are not flat, and where the warp is not
@@ -202,11 +205,11 @@ impl Fit<'_> {
     /// As [`Fit::solve`].
     pub fn least_errors(&self) -> Result<Aliasing, Error> {
         let frame = self.frame()?;
-        if frame.spot.is_some() { least_errors::<true>(&frame) } else { least_errors::<false>(&frame) }
+        if frame.spot.is_some() { least_errors::<true, V, F>(&frame) } else { least_errors::<false, V, F>(&frame) }
     }
 }
 
-fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Aliasing, Error> {
+fn least_errors<const SPOT: bool, const V: usize, const F: usize>(frame: &Frame<V, F>) -> Result<Aliasing, Error> {
     let prepared = Prepared::<SPOT>::new(frame, |_| ())?;
     let points = Points::new(frame, &prepared);
     let ratio = points.best_ratio(Objective::Across, prepared.most_ratio(frame));
@@ -236,7 +239,11 @@ fn least_errors<const SPOT: bool>(frame: &Frame) -> Result<Aliasing, Error> {
 }
 
 /// The integral of `1/g` over the lower hull of the points `(t, g)` of a body, found corner by corner.
-fn integral(frame: &Frame, depths: Extent, place: impl Fn(DVec3) -> (f64, f64)) -> f64 {
+fn integral<const V: usize, const F: usize>(
+    frame: &Frame<V, F>,
+    depths: Extent,
+    place: impl Fn(DVec3) -> (f64, f64),
+) -> f64 {
     let mut start = (f64::INFINITY, f64::INFINITY);
     frame.each_between(depths, |q| {
         let (t, g) = place(q);

@@ -30,7 +30,10 @@ pub(super) struct Prepared<const SPOT: bool> {
 
 impl<const SPOT: bool> Prepared<SPOT> {
     #[inline(always)]
-    pub(super) fn new(frame: &Frame, keep: impl FnMut(Place)) -> Result<Self, Error> {
+    pub(super) fn new<const V: usize, const F: usize>(
+        frame: &Frame<V, F>,
+        keep: impl FnMut(Place),
+    ) -> Result<Self, Error> {
         let measures = frame.measure::<SPOT>(keep)?;
         let Measures { across, along, height, base, depth } = &measures;
         let shift = max(frame.fit.greatest_shift(frame.origin), depth.high.abs());
@@ -48,7 +51,7 @@ impl<const SPOT: bool> Prepared<SPOT> {
     }
 
     /// The greatest excess that `f64` can carry.
-    pub(super) fn most(&self, frame: &Frame) -> f64 {
+    pub(super) fn most<const V: usize, const F: usize>(&self, frame: &Frame<V, F>) -> f64 {
         let d = self.along.size();
         if let Some(spot) = frame.spot {
             // The casters of a spot light come as close to it as its near plane.
@@ -61,7 +64,7 @@ impl<const SPOT: bool> Prepared<SPOT> {
     /// The casters under a light at infinity, as far as `f64` knows where they cast with this warp; `None` if none are wanted,
     /// or all are further away.
     #[inline(always)]
-    pub(super) fn casters(&self, frame: &Frame, warp: Warp) -> Option<Bounds> {
+    pub(super) fn casters<const V: usize, const F: usize>(&self, frame: &Frame<V, F>, warp: Warp) -> Option<Bounds> {
         let fit = frame.fit;
         if fit.near_depth == NearDepth::Receivers {
             return None;
@@ -74,7 +77,7 @@ impl<const SPOT: bool> Prepared<SPOT> {
         }
     }
 
-    pub(super) fn most_ratio(&self, frame: &Frame) -> f64 {
+    pub(super) fn most_ratio<const V: usize, const F: usize>(&self, frame: &Frame<V, F>) -> f64 {
         1.0 + min(self.most(frame), Warp::MAX_EXCESS)
     }
 }
