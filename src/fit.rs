@@ -125,6 +125,8 @@ impl<'a, const V: usize, const F: usize> Fit<'a, V, F> {
             }
             (true, Rule::Plane(plane)) => homography::plane::<true, V, F>(&frame, &plane),
             (false, Rule::Plane(plane)) => homography::plane::<false, V, F>(&frame, &plane),
+            (true, Rule::OPTIMAL) => family::best::<true, V, F>(&frame),
+            (false, Rule::OPTIMAL) => family::best::<false, V, F>(&frame),
             (true, _) => family::fit::<true, V, F>(&frame, rule),
             (false, _) => family::fit::<false, V, F>(&frame, rule),
         }

@@ -74,10 +74,15 @@ pub(super) fn fit<const SPOT: bool, const V: usize, const F: usize>(
     rule: Rule,
 ) -> Result<ShadowMap, Error> {
     let (prepared, warp) = prepare::<SPOT, V, F>(frame, rule)?;
-    let map = finish::<SPOT, V, F>(frame, &prepared, warp);
-    let promises = rule == Rule::Optimal(Objective::Larger) && warp.excess() > 0.0;
-    if promises && !is_better_than_none::<SPOT, V, F>(frame, &prepared, &map) {
-        return Ok(finish::<SPOT, V, F>(frame, &prepared, Warp::UNIFORM));
+    Ok(finish::<SPOT, V, F>(frame, prepared, warp))
+}
+
+/// The map with the least worst texel, no warp among them.
+pub(super) fn best<const SPOT: bool, const V: usize, const F: usize>(frame: &Frame<V, F>) -> Result<ShadowMap, Error> {
+    let (prepared, warp) = prepare::<SPOT, V, F>(frame, Rule::OPTIMAL)?;
+    let map = finish::<SPOT, V, F>(frame, prepared, warp);
+    if warp.excess() > 0.0 && !is_better_than_none::<SPOT, V, F>(frame, &prepared, &map) {
+        return fit::<SPOT, V, F>(frame, Rule::Uniform);
     }
     Ok(map)
 }
@@ -137,12 +142,13 @@ fn askew<const V: usize, const F: usize>(frame: &Frame<V, F>, axis: DVec3, w_mid
 }
 
 /// The map with a warp.
+#[inline(always)]
 fn finish<const SPOT: bool, const V: usize, const F: usize>(
     frame: &Frame<V, F>,
-    prepared: &Prepared<SPOT>,
+    prepared: Prepared<SPOT>,
     warp: Warp,
 ) -> ShadowMap {
-    let &Prepared { ref measures, along, floor, centre, .. } = prepared;
+    let Prepared { measures, along, floor, centre, .. } = prepared;
     let (eta, d, base) = (warp.excess(), along.size(), frame.base);
     // The warp's denominator, over `base`: 1 where the body begins, 1 + eta where it ends.
     let from_start = frame.z - along.low * base;
@@ -150,13 +156,20 @@ fn finish<const SPOT: bool, const V: usize, const F: usize>(
     let texels = frame.fit.map_size.map(f64::from);
     let floor = floor / warp.ratio();
 
-    let casters = prepared.casters(frame, warp);
+    let limited;
+    let casters = match prepared.caster_limit(frame, warp) {
+        None => frame.casters(),
+        Some(limit) => {
+            limited = frame.casters().and_then(|casters| casters.within(frame.origin, limit));
+            limited.as_ref()
+        }
+    };
     let above_middle = frame.height - measures.height.middle() * base;
     let (x, y, texel_extents, depths);
     match frame.fit.axes {
         Axes::View | Axes::Middle | Axes::VertexMean => {
             let offset = frame.x - centre * base;
-            let (sides, depth) = frame.fractions::<1, SPOT>([offset], above_middle, w, casters.as_ref());
+            let (sides, depth) = frame.fractions::<1, SPOT>([offset], above_middle, w, casters);
             let side = sides[0].at_least(floor);
             x = fitted(offset, side, w);
             // As `fitted` to 0 and d/(1 + eta), without its difference of two rows of size (1 + eta)^2.
@@ -173,7 +186,7 @@ fn finish<const SPOT: bool, const V: usize, const F: usize>(
             let in_plane = axes[0] * middle[0] + axes[1] * middle[1];
             let w_middle = 1.0 + (frame.space.z.dot(in_plane) - along.low) * (eta / d);
             let offsets = [rows[0] - middle[0] * base, rows[1] - middle[1] * base];
-            let (sides, depth) = frame.fractions::<2, SPOT>(offsets, above_middle, w, casters.as_ref());
+            let (sides, depth) = frame.fractions::<2, SPOT>(offsets, above_middle, w, casters);
             let sides = sides.map(|side| side.at_least(floor));
             x = fitted(offsets[0], sides[0], w);
             y = fitted(offsets[1], sides[1], w);
@@ -182,7 +195,7 @@ fn finish<const SPOT: bool, const V: usize, const F: usize>(
         }
     }
     let depths = if SPOT {
-        let depths = frame.with_spot_casters(depths, measures, [x, y], above_middle, w);
+        let depths = frame.with_spot_casters(depths, &measures, [x, y], above_middle, w);
         depths.at_least(LEAST_ASPECT * measures.height.high / warp.ratio())
     } else {
         depths.at_least(floor)

@@ -31,6 +31,7 @@ pub(super) struct Frame<'a, const V: usize, const F: usize> {
 }
 
 /// What the receivers take up.
+#[derive(Clone, Copy)]
 pub(super) struct Measures {
     pub(super) across: Extent,
     pub(super) along: Extent,
@@ -275,20 +276,17 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
                 }
                 continue;
             }
-            let Some(casters) = casters else {
-                body.vertices().iter().for_each(|vertex| {
-                    include(*vertex + shift);
-                });
-                continue;
-            };
-            let mut reach = Reach::new(to_light, casters, self.origin, shift, [height, w]);
+            let mut reach = Reach::new(to_light, casters.unwrap_or(self.fit.casters), self.origin, shift, [height, w]);
             for (vertex, point) in body.vertices().iter().enumerate() {
                 let q = *point + shift;
                 let (height, per_w) = include(q);
                 reach.include(vertex, q, height, per_w);
             }
-            let reach = if body.is_inside(casters) { reach.of_enclosed(body) } else { reach.of_any(body, casters) };
-            depths.high = max(reach, depths.high);
+            if let Some(casters) = casters {
+                let inside = body.is_inside(casters);
+                let reach = if inside { reach.of_enclosed(body) } else { reach.of_any(body, casters) };
+                depths.high = max(reach, depths.high);
+            }
         }
         (sides, depths)
     }

@@ -150,8 +150,8 @@ fn fit<const SPOT: bool, const V: usize, const F: usize>(
     let depths = depths.at_least(max(least_size(body / (1.0 + excess), distance), rounding(height)));
     let z = (depths.high * w - height) / depths.size();
     let warp = Warp::clamped(excess);
-    let is_finite = [x, y, z, w].iter().all(|row| row.is_finite());
-    is_finite.then(|| {
+    // One that is not finite makes the sum so.
+    (x + y + z + w).is_finite().then(|| {
         ShadowMap::new(frame.origin, [x, y, z, w], warp, space, frame.light, texels, depths.size(), frame.fit.map_size)
     })
 }

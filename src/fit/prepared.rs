@@ -1,11 +1,9 @@
 //! The receivers measured, and widened where they are flat.
 
-use super::NearDepth;
 use super::extent::{Extent, least_size};
 use super::frame::{Frame, Measures, Place};
 use crate::error::Error;
 use crate::math::{max, min};
-use crate::scene::Bounds;
 use crate::warp::Warp;
 
 /// The warp's `w` has a rounding error of 2^-52 times its excess times the body's distance over its extent. Where
@@ -16,6 +14,7 @@ const MOST_STEEP: f64 = (1_u64 << 40) as f64;
 const FARTHEST_CASTERS: f64 = (1_u64 << 48) as f64;
 
 /// The receivers measured, and widened where they are flat: all that a rule looks at.
+#[derive(Clone, Copy)]
 pub(super) struct Prepared<const SPOT: bool> {
     pub(super) measures: Measures,
     /// Along the warp, not flat.
@@ -61,20 +60,11 @@ impl<const SPOT: bool> Prepared<SPOT> {
         d * MOST_STEEP / max(self.distance, d)
     }
 
-    /// The casters under a light at infinity, as far as `f64` knows where they cast with this warp; `None` if none are wanted,
-    /// or all are further away.
+    /// How far casters count under a light at infinity: as far as `f64` knows where they cast with this warp. `None` if all do.
     #[inline(always)]
-    pub(super) fn casters<const V: usize, const F: usize>(&self, frame: &Frame<V, F>, warp: Warp) -> Option<Bounds> {
-        let fit = frame.fit;
-        if fit.near_depth == NearDepth::Receivers {
-            return None;
-        }
-        let reach = self.along.size() * FARTHEST_CASTERS / warp.excess();
-        if fit.caster_reach(frame.origin) <= reach {
-            Some(*fit.casters)
-        } else {
-            fit.casters.within(frame.origin, reach)
-        }
+    pub(super) fn caster_limit<const V: usize, const F: usize>(&self, frame: &Frame<V, F>, warp: Warp) -> Option<f64> {
+        let (limit, reach) = (self.along.size() * FARTHEST_CASTERS, frame.fit.caster_reach(frame.origin));
+        (reach * warp.excess() > limit).then(|| limit / warp.excess())
     }
 
     pub(super) fn most_ratio<const V: usize, const F: usize>(&self, frame: &Frame<V, F>) -> f64 {
