@@ -11,7 +11,7 @@ use crate::basis::Axes;
 use crate::error::Error;
 use crate::map::{ShadowMap, Texels};
 use crate::math::{max, min};
-use crate::warp::{Objective, Rule, TIE, Warp, on_axis};
+use crate::warp::{Rule, TIE, Warp, on_axis};
 
 /// The excess by a rule that looks at no more than the line of sight.
 #[inline(always)]

@@ -296,8 +296,8 @@ pub(crate) fn least_of_valley(most: f64, [falls, grows]: [Option<Piece>; 2], pie
     }
     let mut best = Valley { ratio: 1.0, least: f64::INFINITY, pieces: [None; 3] };
     for round in 1..=MOST_ROUNDS {
-        let met = meet(&low, &high);
-        let ratio = if round % 3 == 0 { halved(low.0, high.0) } else { met };
+        let halves = round % 3 == 0;
+        let ratio = if halves { halved(low.0, high.0) } else { meet(&low, &high) };
         let found = piece(ratio);
         let value = found.value(ratio);
         let bound = max(low.1.value(ratio), high.1.value(ratio));
@@ -305,7 +305,7 @@ pub(crate) fn least_of_valley(most: f64, [falls, grows]: [Option<Piece>; 2], pie
             best = Valley { ratio, least: value, pieces: [None, None, Some(found)] };
         }
         // Where they meet, nothing is less than these two.
-        let is_least = ratio == met && value <= bound * (1.0 + ACCURACY);
+        let is_least = !halves && value <= bound * (1.0 + ACCURACY);
         if is_least || high.0 <= low.0 * (1.0 + ACCURACY) {
             break;
         }
