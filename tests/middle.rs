@@ -81,8 +81,8 @@ fn the_middle_is_continuous_as_a_body_flattens() {
         for step in 0..64 {
             let thickness = 1e-2 * 0.5_f64.powi(step);
             let next = direction(flattened(thickness));
-            // Thinner by half: the middle moves by some of what the box lost.
-            worst.note((next - last).length(), 0.4 * thickness + 1e-6, (first, count, low, step));
+            // Thinner by half: the middle moves by some of what the box lost, up to 55 long and 5 away.
+            worst.note((next - last).length(), 3.0 * thickness + 1e-6, (first, count, low, step));
             last = next;
         }
         worst.note((direction(limit) - last).length(), 1e-6, (first, count, low));
