@@ -75,7 +75,8 @@ impl Light {
         Ok(Self::Spot(Spot { position, direction, outer_angle, tangent, is_square: false, near, range }))
     }
 
-    /// Returns a point light that shines from `near` to `range`. It has no single map: see [`Point::faces`].
+    /// Returns a point light that shines from `near` to `range`. It has no single map: see
+    /// [`Light::as_point`] and [`Point::faces`].
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `position` is finite and `1e-100 <= near < range <= 1e100`.
@@ -95,6 +96,27 @@ impl Light {
             Self::Spot(_) | Self::Point(_) => Err(Error::Unsupported {
                 requested: "the sweep of a body towards a light with a position",
                 use_instead: "what the finished map shows of a box, ShadowMap::shown",
+            }),
+        }
+    }
+
+    /// Returns the point light that this is.
+    ///
+    /// ```
+    /// use shadow_warp::{Light, glam::DVec3};
+    /// let faces = Light::point(DVec3::ZERO, 0.1, 20.0)?.as_point()?.faces();
+    /// assert_eq!(faces.len(), 6);
+    /// # Ok::<(), shadow_warp::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::Unsupported`] for other lights.
+    pub fn as_point(&self) -> Result<&Point, Error> {
+        match self {
+            Self::Point(light) => Ok(light),
+            Self::Directional(_) | Self::Spot(_) => Err(Error::Unsupported {
+                requested: "taking a light for a point light that is none",
+                use_instead: "the light itself, which has one map",
             }),
         }
     }

@@ -10,7 +10,7 @@ pub use light_space::{LightSpaceRule, Slab};
 pub(crate) use optimal::TIE;
 pub use optimal::{Aliasing, Objective};
 pub use perspective::{Aim, PerspectiveRule};
-pub(crate) use perspective::{INSIDE, rows as perspective_rows};
+pub(crate) use perspective::{inside, rows as perspective_rows};
 pub use trapezoidal::TrapezoidalRule;
 
 use crate::error::{Error, require};

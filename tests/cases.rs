@@ -94,11 +94,9 @@ fn flat_ground_is_resolved_by_the_other_error() {
 #[test]
 fn a_lamp_straight_ahead_has_the_smaller_error_along() {
     let view = look([dvec3(0.0, 2.0, -12.0), dvec3(0.0, -0.05, 1.0)], 60_f64.to_radians(), 16.0 / 9.0, [0.1, 1000.0]);
-    let Light::Point(lamp) = Light::point(dvec3(0.0, 6.0, 0.0), 0.1, 40.0).unwrap() else {
-        unreachable!("a point light")
-    };
+    let lamp = Light::point(dvec3(0.0, 6.0, 0.0), 0.1, 40.0).unwrap();
     let bounds = [dvec3(-20.0, 0.0, -20.0), dvec3(20.0, 8.0, 20.0)];
-    let case = Case::new(view, lamp.faces()[3], bounds, 1024);
+    let case = Case::new(view, lamp.as_point().unwrap().faces()[3], bounds, 1024);
     for axes in [Axes::View, Axes::LightFixed, Axes::Middle] {
         let fit = case.on(axes);
         let [plain, best] = [Rule::Uniform, Rule::OPTIMAL].map(|rule| fit.solve(rule).unwrap());

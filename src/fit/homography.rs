@@ -22,7 +22,7 @@ pub(super) fn perspective<const SPOT: bool, const V: usize, const F: usize>(
     let measures = frame.measure::<SPOT>(|_| ())?;
     let depths = [measures.depth.low, measures.depth.high];
     let rows = perspective_rows(rule, frame.fit.view, frame.origin, frame.light, depths)?;
-    fit::<SPOT, V, F>(frame, &measures, rule.shift, rows).ok_or(crate::warp::INSIDE)
+    fit::<SPOT, V, F>(frame, &measures, rule.shift, rows).ok_or(crate::warp::inside(rule.aim))
 }
 
 /// The map with the camera's picture of a plane.

@@ -94,7 +94,7 @@ pub(crate) fn rows(
     light: DVec4,
     [near, far]: [f64; 2],
 ) -> Result<[DVec4; 4], Error> {
-    let Lens::Perspective(sides) = view.lens() else { return Err(INSIDE) };
+    let Lens::Perspective(sides) = view.lens() else { return Err(inside(rule.aim)) };
     require(rule.shift >= 0.0 && rule.shift <= crate::error::MAX_LENGTH, "shift", "must be between 0 and 1e100")?;
     let eye = view.eye() - view.forward() * rule.shift - origin;
     let n = near + rule.shift;
@@ -135,7 +135,7 @@ pub(crate) fn rows(
     let d = l3 - w_c;
     let length = sqrt(d.length_squared());
     if length <= 64.0 * f64::EPSILON * max(l3.abs().max_element(), w_l.abs()) {
-        return Err(INSIDE);
+        return Err(inside(rule.aim));
     }
     let d = d / length;
     // Perpendicular to the plane through the line of sight and the light, as far as the aim lets it.
@@ -157,8 +157,13 @@ fn any_perpendicular(d: DVec3) -> DVec3 {
     across / sqrt(across.length_squared())
 }
 
-/// Where no aim has all that is seen before the light.
-pub(crate) const INSIDE: Error = Error::Unsupported {
-    requested: "a perspective shadow map whose light is too close to what is seen, or within it, in the camera's space",
-    use_instead: "Rule::OPTIMAL, or Aim::Closest in place of Aim::Centre",
-};
+/// Where an aim does not have all that is seen before the light.
+pub(crate) const fn inside(aim: Aim) -> Error {
+    Error::Unsupported {
+        requested: "a perspective shadow map whose light is too close to what is seen, or within it, in the camera's space",
+        use_instead: match aim {
+            Aim::Closest => "Rule::OPTIMAL",
+            Aim::Centre => "Aim::Closest, or Rule::OPTIMAL",
+        },
+    }
+}
