@@ -38,6 +38,9 @@ pub enum NearDepth {
 ///
 /// `receivers` are bodies that a shadow is to be seen on: usually [`Body::visible`] of one box, or of several, whose
 /// union counts. They are borrowed, so that lights under one view share them. `casters` bounds all that casts shadows.
+///
+/// `V` and `F` are the capacity of the receivers' bodies: those of [`Body`](crate::Body), or of
+/// [`WideBody`](crate::WideBody) where planes of the engine's own, of a mirror or a portal, cut them.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit<'a, const V: usize = 20, const F: usize = 12> {
     /// The camera.

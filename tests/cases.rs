@@ -241,6 +241,45 @@ fn a_plane_through_one_point_has_a_finite_map() {
     case.fit().solve(Rule::Plane(Plane::new(dvec3(0.0, 1.0, 1.0), eye).unwrap())).unwrap();
 }
 
+/// A mirror shows what lies behind its plane: one plane more than box and view have.
+#[test]
+fn a_mirror_cuts_what_is_seen() {
+    let case = street(100.0);
+    let lamp = Light::spot(dvec3(10.0, 40.0, 60.0), dvec3(0.1, -1.0, 0.2), 0.7, 0.5, 500.0).unwrap();
+    let mirror = Plane::new(dvec3(0.3, 0.1, -1.0), dvec3(0.0, 0.0, 40.0)).unwrap();
+    let whole = [case.seen[0].widened()];
+    let mut cut = whole;
+    cut[0].cut(&mirror.relative_to(cut[0].origin())).unwrap();
+    assert!(cut[0].volume() > 0.5 * whole[0].volume() && cut[0].volume() < 0.999_99 * whole[0].volume());
+    for light in [case.light, lamp] {
+        for rule in [Rule::Uniform, Rule::LISPSM, Rule::PSM, Rule::OPTIMAL] {
+            let narrow = Fit { light: &light, ..case.fit() };
+            let wide = |seen| Fit::new(&case.view, &light, &case.casters, seen);
+            // The same body makes the same map.
+            assert_eq!(wide(&whole).solve(rule), narrow.solve(rule), "{rule:?}");
+            let fit = wide(&cut);
+            let map = fit.solve(rule).unwrap();
+            let lit: Vec<DVec3> = fit
+                .lit_receivers()
+                .flat_map(|lit| lit.vertices().iter().map(|v| *v + lit.origin()).collect::<Vec<_>>())
+                .collect();
+            let place = |p: &DVec3| {
+                let q = map.clip_from_world_at(map.origin(), ClipSpace::WGPU) * (*p - map.origin()).extend(1.0);
+                q.truncate() / q.w
+            };
+            let [low, high] =
+                lit.iter().map(place).fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[a, b], p| [a.min(p), b.max(p)]);
+            assert_abs_diff_eq!(low.truncate(), DVec2::NEG_ONE, epsilon = 1e-9);
+            assert_abs_diff_eq!(high, DVec3::ONE, epsilon = 1e-9);
+            assert!(lit.iter().all(|p| mirror.distance(*p) <= 1e-9));
+            assert!(
+                fit.worst_texel(&map) < fit.worst_texel(&fit.solve(Rule::Uniform).unwrap()) * (1.0 + 1e-9)
+                    || rule == Rule::PSM
+            );
+        }
+    }
+}
+
 /// Right before, and to stay so.
 #[test]
 fn a_low_sun_gains_little() {
