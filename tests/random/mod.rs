@@ -12,7 +12,11 @@
 #![allow(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 pub(crate) mod basic;
+pub(crate) mod lamps;
+pub(crate) mod measure;
 mod ratchet;
+pub(crate) mod scenes;
+pub(crate) mod trapezoid;
 
 use std::cell::RefCell;
 
