@@ -7,13 +7,13 @@
 #![expect(clippy::unwrap_used, reason = "a table that does not have its fields is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "a fused product gives the error of a product")]
 
-mod scenes;
+mod random;
 
 #[path = "accuracy/functions.rs"]
 mod functions;
 
-use scenes::random::Random;
-use scenes::{Scene, box_about, box_between, extent};
+use random::basic::mixture;
+use random::measure::{Scene, box_about, box_between, extent};
 use serde_json::{Value, json};
 use shadow_warp::glam::{DMat4, DVec3, DVec4};
 use shadow_warp::{Axes, ClipSpace, LightSpaceRule, NearDepth, Rule, ShadowMap, View, Warp};
@@ -96,11 +96,12 @@ fn vector(v: DVec3) -> Value {
 
 /// Points of the body, and some above it along the light.
 fn probes(case: &Case, origin: DVec3) -> Vec<DVec3> {
-    let mut random = Random::new(case.name.len() as u64);
     let points = case.scene.receivers(origin);
     let [low, high] = extent(points.iter().map(|p| case.scene.to_light().dot(*p)));
-    let mut probes: Vec<_> = (0..8).map(|_| random.mixed(&points)).collect();
-    probes.extend((0..2).map(|_| random.mixed(&points) + case.scene.to_light() * (high - low)));
+    let mut probes: Vec<_> = random::samples(10, &mixture()).iter().map(|q| q.of(&points)).collect();
+    for above in &mut probes[8..] {
+        *above += case.scene.to_light() * (high - low);
+    }
     probes.extend(points);
     probes
 }

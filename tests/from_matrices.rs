@@ -2,9 +2,13 @@
 
 #![expect(clippy::unwrap_used, reason = "a camera that cannot be built is a broken test")]
 
-mod scenes;
+mod random;
 
-use scenes::random::Random;
+use proptest::option::weighted;
+use proptest::prelude::*;
+use proptest::sample::select;
+use random::basic::{direction, inside, log_between};
+use random::{Ratchet, check};
 use shadow_warp::glam::{DMat4, DVec3, DVec4};
 use shadow_warp::{ClipSpace, DepthRange, Lens, Plane, Sides, View};
 
@@ -65,26 +69,36 @@ fn projection(view: &View, space: ClipSpace, sense: f64, scale: f64) -> DMat4 {
     DMat4::from_cols(x, y, z, w).transpose()
 }
 
-/// A camera of any kind: number `kind` of eight.
-fn camera(random: &mut Random, kind: usize) -> View {
-    let forward = random.direction();
-    let eye = random.inside(1e3);
-    let near = random.log_between(1e-2, 10.0);
-    let far = if kind & 1 == 0 { near * random.log_between(1.5, 1e5) } else { f64::INFINITY };
-    let mut sides = Sides::centred(random.log_between(0.1, 3.0), random.log_between(0.1, 3.0));
-    if kind & 2 != 0 {
-        let aside = random.between(-1.0, 1.0);
-        sides = Sides { left: sides.left + aside, right: sides.right + aside, top: sides.top + 0.3, ..sides };
-    }
-    let view = if random.below(4) == 0 {
-        // No matrix can have an infinite extent without perspective.
-        View::orthographic(eye, forward, random.direction(), sides, -near..near * 30.0)
-    } else {
-        View::perspective_off_centre(eye, forward, random.direction(), sides, near..far)
-    };
-    let view = view.unwrap();
-    if kind & 4 == 0 { view } else { view.mirrored() }
+/// A camera of any kind.
+fn camera() -> impl Strategy<Value = View> + Clone {
+    let depth = (log_between(1e-2, 10.0), weighted(0.5, log_between(1.5, 1e5)));
+    let size = (log_between(0.1, 3.0), log_between(0.1, 3.0), weighted(0.5, -1.0..1.0));
+    let kind = (any::<bool>(), weighted(0.25, Just(())));
+    (direction(), direction(), inside(1e3), depth, size, kind).prop_map(
+        |(forward, up, eye, (near, far), (width, height, aside), (mirrored, orthographic)): Camera| {
+            let up = if up.cross(forward).length() > 1e-6 { up } else { forward.any_orthonormal_vector() };
+            let far = far.map_or(f64::INFINITY, |far| near * far);
+            let sides = Sides::centred(width, height);
+            let sides = aside.map_or(sides, |aside| Sides {
+                left: sides.left + aside,
+                right: sides.right + aside,
+                top: sides.top + 0.3,
+                ..sides
+            });
+            let view = if orthographic.is_some() {
+                // No matrix can have an infinite extent without perspective.
+                View::orthographic(eye, forward, up, sides, -near..near * 30.0)
+            } else {
+                View::perspective_off_centre(eye, forward, up, sides, near..far)
+            };
+            let view = view.unwrap();
+            if mirrored { view.mirrored() } else { view }
+        },
+    )
 }
+
+/// Forward, up, eye; near and far; width, height and shift; whether it is mirrored, and orthographic.
+type Camera = (DVec3, DVec3, DVec3, (f64, Option<f64>), (f64, f64, Option<f64>), (bool, Option<()>));
 
 /// How far two planes are apart, relative to the size of their offsets.
 fn apart(a: &Plane, b: &Plane) -> f64 {
@@ -94,58 +108,57 @@ fn apart(a: &Plane, b: &Plane) -> f64 {
 
 #[test]
 fn round_trip() {
-    let (mut worst_plane, mut worst_far, mut worst_eye) = (0.0_f64, 0.0_f64, 0.0_f64);
-    let mut orthographic = 0;
-    for case in 0..4000 {
-        let mut random = Random::new(case);
-        let view = camera(&mut random, case as usize % 8);
-        let space = SPACES[case as usize / 8 % SPACES.len()];
-        let sense = if random.below(2) == 0 { 1.0 } else { -1.0 };
-        let scale = [1.0, 0.125, 3.0][random.below(3)];
-        let read = View::from_matrices(motion(&view, sense), projection(&view, space, sense, scale), space).unwrap();
+    let (mut planes, mut far) = (Ratchet::new("planes of a read camera"), Ratchet::new("its far plane"));
+    let (mut eye, mut near) = (Ratchet::new("its eye"), Ratchet::new("its near distance"));
+    for space in SPACES {
+        let more = (any::<bool>(), select(vec![1.0, 0.125, 3.0]));
+        check(&format!("read/{space:?}"), 400, (camera(), more), |(view, (negative, scale))| {
+            let sense = if negative { -1.0 } else { 1.0 };
+            let read =
+                View::from_matrices(motion(&view, sense), projection(&view, space, sense, scale), space).unwrap();
 
-        assert_eq!(read.is_perspective(), view.is_perspective());
-        assert!(read.right().dot(view.right()) > 0.0, "{case}: the picture is mirrored");
-        assert_eq!(read.planes().len(), view.planes().len(), "{case} {:?} {:?}", view.far(), read.far());
-        worst_eye = worst_eye.max(read.eye().distance(view.eye()));
-        // The far plane is the only one that loses more than rounding.
-        let far_rounding = if view.far() == f64::INFINITY { 0.0 } else { view.far() / view.near().abs() };
-        for (a, b) in read.planes().iter().zip(view.planes()) {
-            let is_far = b.normal() == view.forward();
-            let apart = apart(a, b) / if is_far { 1.0 + far_rounding } else { 1.0 };
-            *(if is_far { &mut worst_far } else { &mut worst_plane }) =
-                apart.max(if is_far { worst_far } else { worst_plane });
-        }
-        worst_plane = worst_plane.max((read.near() - view.near()).abs() / view.near().abs());
-        orthographic += u32::from(!view.is_perspective());
+            assert_eq!(read.is_perspective(), view.is_perspective());
+            assert!(read.right().dot(view.right()) > 0.0, "the picture is mirrored");
+            assert_eq!(read.planes().len(), view.planes().len(), "{:?} {:?}", view.far(), read.far());
+            eye.note(read.eye().distance(view.eye()), 2e-12, read);
+            // The far plane is the only one that loses more than rounding.
+            let far_rounding = if view.far() == f64::INFINITY { 0.0 } else { view.far() / view.near().abs() };
+            for (a, b) in read.planes().iter().zip(view.planes()) {
+                if b.normal() == view.forward() {
+                    far.note(apart(a, b), 2e-15 * (1.0 + far_rounding), read);
+                } else {
+                    planes.note(apart(a, b), 1e-14, read);
+                }
+            }
+            near.note((read.near() - view.near()).abs() / view.near().abs(), 1e-14, read);
+        });
     }
-    println!("planes {worst_plane:e}, far plane {worst_far:e} far/near, eye {worst_eye:e}");
-    assert!(worst_plane < 1e-14, "{worst_plane:e}");
-    assert!(worst_far < 2e-15, "{worst_far:e}");
-    assert!(worst_eye < 2e-12, "{worst_eye:e}");
-    assert!(orthographic > 800);
+    for ratchet in [planes, far, eye, near] {
+        ratchet.finish();
+    }
 }
 
 /// What a matrix of f32 loses is as stated: some 6 % of a far distance of 1e6 times the near one, and of the eye one
 /// rounding of its distance to the origin.
 #[test]
 fn rounded_matrices_lose_what_is_stated() {
-    let (mut far_lost, mut eye_lost) = (0.0_f64, 0.0_f64);
-    for case in 0..500 {
-        let mut random = Random::new(case);
-        let (near, eye) = (random.log_between(0.01, 10.0), random.inside(1e7));
-        let view = View::perspective(eye, random.direction(), random.direction(), 1.0, 1.5, near..near * 1e6).unwrap();
-        let space = [ClipSpace::WGPU, ClipSpace::OPENGL][case as usize % 2];
+    let (mut far_lost, mut eye_lost) = (Ratchet::new("far distance in f32"), Ratchet::new("eye in f32"));
+    let mut near_lost = Ratchet::new("near distance in f32");
+    let space = select(vec![ClipSpace::WGPU, ClipSpace::OPENGL]);
+    let strategy = (log_between(0.01, 10.0), inside(1e7), direction(), direction(), space);
+    check("read-f32", 500, strategy, |(near, eye, forward, up, space)| {
+        let up = if up.cross(forward).length() > 1e-6 { up } else { forward.any_orthonormal_vector() };
+        let view = View::perspective(eye, forward, up, 1.0, 1.5, near..near * 1e6).unwrap();
         let [motion, projection] = [motion(&view, -1.0), projection(&view, space, -1.0, 1.0)];
         let read = View::from_matrices(motion, projection.as_mat4().as_dmat4(), space).unwrap();
-        far_lost = far_lost.max((read.far() / view.far() - 1.0).abs());
-        assert!((read.near() / view.near() - 1.0).abs() < 1e-6);
+        far_lost.note((read.far() / view.far() - 1.0).abs(), 0.065, read);
+        near_lost.note((read.near() / view.near() - 1.0).abs(), 1e-6, read);
         let read = View::from_matrices(motion.as_mat4().as_dmat4(), projection, space).unwrap();
-        eye_lost = eye_lost.max((read.eye() - view.eye()).abs().max_element());
+        eye_lost.note((read.eye() - view.eye()).abs().max_element(), 3.0, read);
+    });
+    for ratchet in [far_lost, near_lost, eye_lost] {
+        ratchet.finish();
     }
-    println!("far {far_lost}, eye {eye_lost}");
-    assert!((0.02..0.065).contains(&far_lost), "{far_lost}");
-    assert!((0.2..3.0).contains(&eye_lost), "{eye_lost}");
     // Beyond what f32 can tell, the far plane is read as infinitely far; reversed depth goes further.
     let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0, 1.0, 0.1..1e8).unwrap();
     for (space, far) in [(ClipSpace::WGPU, f64::INFINITY), (ClipSpace::WGPU.reversed(), 1e8)] {

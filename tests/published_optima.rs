@@ -4,10 +4,12 @@
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
-mod scenes;
+mod random;
 
-use scenes::random::Random;
-use scenes::{Scene, box_about};
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use random::basic::log_between;
+use random::measure::{Scene, box_about};
+use random::{Ratchet, check};
 use shadow_warp::glam::DVec3;
 use shadow_warp::{Objective, Rule, View, Warp};
 
@@ -35,13 +37,12 @@ fn error_along_a_frustum() {
         let angle = f64::to_radians(degrees);
         let scene = frustum(30_f64.to_radians(), 100.0, DVec3::new(0.0, angle.sin(), angle.cos()));
         let found = best_excess(&scene, Objective::Along);
-        assert!((found * distance / extent - 1.0).abs() < 1e-9, "{degrees}: {found}");
+        assert_relative_eq!(found * distance, extent, max_relative = 1e-12);
     }
-    let mut random = Random::new(9);
+    let mut worst = Ratchet::new("the best excess along a frustum");
     let (mut warped, mut plain) = (0, 0);
-    for case in 0..400 {
-        let (half, gamma) = (random.between(0.1, 1.1), random.between(0.01, core::f64::consts::FRAC_PI_2));
-        let f = random.log_between(1.5, 1e5);
+    let strategy = (0.1..1.1, 0.01..core::f64::consts::FRAC_PI_2, log_between(1.5, 1e5));
+    check("error-along", 400, strategy, |(half, gamma, f): (f64, f64, f64)| {
         let (s, c, t) = (gamma.sin(), gamma.cos(), half.tan());
         let (top, bottom) = (s - t * c, s + t * c);
         // The far bottom edge, and the near one, from where the warp begins: the near top edge, or the far one.
@@ -59,10 +60,10 @@ fn error_along_a_frustum() {
         let expected = kappa * extent;
         let found = best_excess(&frustum(half, f, DVec3::new(0.0, s, c)), Objective::Along);
         // The tangent of the field of view is taken twice.
-        let allowed = 1e-9 * (1.0 + expected);
-        assert!((found - expected).abs() <= allowed, "{case} {gamma} {half} {f}: {found} {expected}");
+        worst.note((found - expected).abs(), 1e-9 * (1.0 + expected), (found, expected));
         if expected > 0.0 { warped += 1 } else { plain += 1 }
-    }
+    });
+    worst.finish();
     assert!(warped > 200 && plain > 5, "{warped} {plain}");
 }
 
@@ -84,10 +85,10 @@ fn storage_factor_of_a_frustum() {
         let scene = frustum(30_f64.to_radians(), 1000.0, to_light);
         let found = best_excess(&scene, Objective::Product);
         let place = (1.0 + found).ln() / 1000_f64.ln();
-        assert!((place - log_ratio).abs() < 1e-6, "{gamma} {azimuth}: {place}");
+        assert_abs_diff_eq!(place, log_ratio, epsilon = 1e-6);
         let factor = |excess: f64| Objective::Product.of(&scene.fit().errors(Warp::new(excess).unwrap()).unwrap());
         let gain = factor(found) / factor(0.0);
-        assert!((gain / (best / uniform) - 1.0).abs() < 1e-9, "{gamma} {azimuth}: {gain}");
+        assert_relative_eq!(gain, best / uniform, max_relative = 1e-12);
     }
     // In the plane of the picture's upright, within the field of view, in closed form: p = 3 - 2/k with k = 1 - y/W for the
     // near edge that is furthest along, and the ratio 1/(1 - p).
@@ -95,6 +96,6 @@ fn storage_factor_of_a_frustum() {
         let g = f64::to_radians(gamma);
         let scene = frustum(30_f64.to_radians(), 1000.0, DVec3::new(0.0, g.sin(), g.cos()));
         let ratio = 1.0 + best_excess(&scene, Objective::Product);
-        assert!((ratio * (1.0 - p) - 1.0).abs() < 1e-6, "{gamma}: {ratio}");
+        assert_relative_eq!(ratio * (1.0 - p), 1.0, max_relative = 1e-6);
     }
 }

@@ -1,7 +1,8 @@
 //! The public numeric functions, in ulp, against a table of what is allowed.
 
 use super::table;
-use crate::scenes::moderate;
+use crate::random::measure::Scene;
+use crate::random::scenes::{KINDS, moderate};
 use serde_json::{Value, json};
 use shadow_warp::glam::DVec3;
 use shadow_warp::{LightSpace, LightSpaceRule, Slab, Warp};
@@ -24,16 +25,20 @@ const ALLOWED: [(&str, f64); 12] = [
     ("fixed axes", 2.0),
 ];
 
-/// Frames of all kinds, as they are stored.
+/// Scenes under lights of each kind.
+fn scenes() -> impl Iterator<Item = Scene> {
+    KINDS.into_iter().flat_map(|kind| crate::random::samples(28, &moderate(kind)))
+}
+
+/// Their frames, as they are stored.
 pub(crate) fn frames() -> Vec<Value> {
-    let frame = |case| {
-        let (scene, _) = moderate(case);
+    let frame = |scene: Scene| {
         let list = |v: DVec3| json!(v.to_array());
         json!({
             "forward": list(scene.view.forward()), "up": list(scene.view.up()), "to_light": list(scene.to_light()),
         })
     };
-    (0..200).map(frame).collect()
+    scenes().map(frame).collect()
 }
 
 /// How far a value is from one given as a double and what is left over, in ulp of `unit`.
@@ -78,8 +83,7 @@ fn functions_are_within_their_ulp() {
             note(name, ulp(value, &row["y"], value));
         }
     }
-    for (case, expected) in results["frames"].as_array().unwrap().iter().enumerate() {
-        let (scene, _) = moderate(case as u64);
+    for (scene, expected) in scenes().zip(results["frames"].as_array().unwrap()) {
         let space = LightSpace::new(&scene.view, &scene.light).unwrap();
         let [x_fixed, z_fixed] = space.fixed_axes();
         note("sin_gamma", ulp(space.sin_gamma, &expected["sin_gamma"], space.sin_gamma));

@@ -141,6 +141,25 @@ pub(crate) fn lit(scene: &Scene, origin: DVec3) -> Vec<DVec3> {
     scene.fit().lit_receivers().flat_map(relative).collect()
 }
 
+/// The vertices of what the light shines on between two depths, relative to the eye, by the edges of the bodies.
+pub(crate) fn lit_between(scene: &Scene, [low, high]: [f64; 2]) -> Vec<DVec3> {
+    let (eye, forward) = (scene.view.eye(), scene.view.forward());
+    let mut all = Vec::new();
+    for body in scene.fit().lit_receivers() {
+        let points: Vec<_> = body.vertices().iter().map(|q| *q + (body.origin() - eye)).collect();
+        // Every pair: those that are no edge add nothing new.
+        for (i, a) in points.iter().enumerate() {
+            for b in &points[..=i] {
+                let [z_a, z_b] = [*a, *b].map(|q| forward.dot(q));
+                let along = [(low - z_a) / (z_b - z_a), (high - z_a) / (z_b - z_a)];
+                all.extend(along.into_iter().filter(|s| (0.0..=1.0).contains(s)).map(|s| a.lerp(*b, s)));
+                all.extend([*a, *b].into_iter().filter(|q| (low..=high).contains(&forward.dot(*q))));
+            }
+        }
+    }
+    all
+}
+
 /// What rounding allows at a point relative to the map's origin: of its product with the matrix, and of a lamp's place, which
 /// counts where the lamp is far from a small part that it shines on.
 pub(crate) fn rounding(scene: &Scene, map: &ShadowMap, q: DVec3) -> f64 {

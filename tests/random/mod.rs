@@ -20,7 +20,7 @@ pub(crate) mod trapezoid;
 
 use std::cell::RefCell;
 
-use proptest::strategy::Strategy;
+use proptest::strategy::{Strategy, ValueTree};
 use proptest::test_runner::{Config, FileFailurePersistence, RngSeed, TestError, TestRunner};
 pub(crate) use ratchet::Ratchet;
 
@@ -53,7 +53,7 @@ pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: 
         cases: cases.checked_mul(multiplier()).expect("SHADOW_WARP_CASES is too large"),
         rng_seed: RngSeed::Fixed(hash.wrapping_add(variable("SHADOW_WARP_SEED"))),
         failure_persistence: Some(Box::new(FileFailurePersistence::Direct(file))),
-        source_file: Some(file),
+        source_file: Some(file!()),
         max_global_rejects: u32::MAX,
         max_local_rejects: 1 << 20,
         max_shrink_iters: 4096,
@@ -69,4 +69,10 @@ pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: 
         Err(TestError::Fail(reason, input)) => panic!("{name}: {reason}\nsmallest input that fails: {input:#?}"),
         Err(TestError::Abort(reason)) => panic!("{name}: {reason}"),
     }
+}
+
+/// Returns so many values of a strategy, always the same ones.
+pub(crate) fn samples<S: Strategy>(count: usize, strategy: &S) -> Vec<S::Value> {
+    let mut runner = TestRunner::new(Config { rng_seed: RngSeed::Fixed(1), ..Config::default() });
+    (0..count).map(|_| strategy.new_tree(&mut runner).expect("a strategy has values").current()).collect()
 }
