@@ -152,7 +152,7 @@ fn rounded_matrices_lose_what_is_stated() {
         let [motion, projection] = [motion(&view, -1.0), projection(&view, space, -1.0, 1.0)];
         let read = View::from_matrices(motion, projection.as_mat4().as_dmat4(), space).unwrap();
         far_lost.note((read.far() / view.far() - 1.0).abs(), 0.065, read);
-        near_lost.note((read.near() / view.near() - 1.0).abs(), 1e-6, read);
+        near_lost.note((read.near() / view.near() - 1.0).abs(), 5e-7, read);
         let read = View::from_matrices(motion.as_mat4().as_dmat4(), projection, space).unwrap();
         eye_lost.note((read.eye() - view.eye()).abs().max_element(), 3.0, read);
     });

@@ -10,7 +10,9 @@ use proptest::option::weighted;
 use proptest::prelude::*;
 use proptest::sample::select;
 use random::basic::{Mixture, direction, log_between, mixture};
-use random::measure::{LIGHT_SPACE_RULES, Scene, box_about, extent, lit, lit_between, ndc, product_rounding};
+use random::measure::{
+    LIGHT_SPACE_RULES, Scene, box_about, extent, lit, lit_between, ndc, product_rounding, world_rounding,
+};
 use random::scenes::{Cameras, Kind, each_kind, sun, view};
 use random::{Ratchet, check};
 use shadow_warp::glam::DVec3;
@@ -113,7 +115,6 @@ fn never_worse_than_no_warp() {
 /// Each error, but for the product, falls and then grows: on a fine scan it never turns down again.
 #[test]
 fn errors_have_one_valley() {
-    let mut worst = Ratchet::new("falls after having grown");
     let three = vec![Objective::Along, Objective::Across, Objective::Larger];
     each_scene("optimal/valley", select(three), |scene, objective| {
         let fit = scene.fit();
@@ -126,16 +127,15 @@ fn errors_have_one_valley() {
             // Of flat ground only rounding is seen.
             grows |= value > last * (1.0 + VALLEY);
             if grows {
-                worst.note(1.0 - value / last, VALLEY, warp);
+                assert!(value >= last * (1.0 - VALLEY), "{value} after {last} at {warp:?}");
             }
             last = value;
         }
     });
-    worst.finish();
 }
 
-/// Rounding of the errors of neighbouring warps: some ulp, more where a body is short along the warp against its place.
-const VALLEY: f64 = 1e-10;
+/// Rounding of the errors of neighbouring warps, of flat ground.
+const VALLEY: f64 = 4.0 * f64::EPSILON;
 
 /// The greatest extents of a map's texels over some points relative to the eye, across and along, in pixels.
 fn texels(scene: &Scene, map: &ShadowMap, points: &[DVec3]) -> [f64; 2] {
@@ -168,7 +168,7 @@ fn errors_are_those_of_the_map() {
         let points = lit(&scene, scene.view.eye());
         let (share, [across, along]) = (filled(&scene, &map), texels(&scene, &map, &points));
         flat += u32::from(share < 0.9);
-        let slack = slack(&scene, &map);
+        let slack = slack(&scene, &map, &points);
         worst.note((along / errors.along - 1.0).abs(), slack, (along, errors));
         worst.note((across * share / errors.across - 1.0).abs(), slack, (across, share, errors));
         assert_relative_eq!(fit.worst_texel(&map), across.max(along), max_relative = slack);
@@ -177,17 +177,17 @@ fn errors_are_those_of_the_map() {
     println!("{flat} flat");
 }
 
-/// How well rounding lets texels be compared.
-fn slack(scene: &Scene, map: &ShadowMap) -> f64 {
-    let points = lit(scene, map.origin());
-    1e-12 + extent(points.iter().map(|q| product_rounding(map, *q) * map.warp().ratio()))[1].max(0.0)
+/// How well rounding lets texels at points relative to the eye be compared.
+fn slack(scene: &Scene, map: &ShadowMap, points: &[DVec3]) -> f64 {
+    let sides = lit(scene, map.origin()).iter().map(|q| product_rounding(map, *q)).fold(0.0, f64::max);
+    let texels = points.iter().map(|q| world_rounding(map, scene, *q + scene.view.eye())).fold(0.0, f64::max);
+    4e-15 + sides + texels
 }
 
 /// The bound along is below every warp's errors, and not far below; across, the least over all ratios is that of the best warp.
 #[test]
 fn nothing_is_below_the_bound() {
     let mut closest: f64 = f64::INFINITY;
-    let mut across = Ratchet::new("the least error across");
     let (mut gaps, mut without) = (Vec::new(), 0_usize);
     each_scene("optimal/bound", Just(()), |scene, ()| {
         let fit = scene.fit();
@@ -202,10 +202,9 @@ fn nothing_is_below_the_bound() {
             closest = closest.min(errors.along / bound.along);
         }
         let best = |objective| fit.errors(fit.solve(Rule::Optimal(objective)).unwrap().warp()).unwrap();
-        across.note((best(Objective::Across).across / bound.across - 1.0).abs(), TIE, bound);
+        assert_eq!(best(Objective::Across).across, bound.across);
         gaps.push(Objective::Larger.of(&best(Objective::Larger)) / Objective::Larger.of(&bound));
     });
-    across.finish();
     gaps.sort_by(f64::total_cmp);
     println!("closest {closest}, median {}, 90 % {}", gaps[gaps.len() / 2], gaps[gaps.len() * 9 / 10]);
     assert!(closest < 1.01 && without * 20 < gaps.len(), "{closest} {without}");
@@ -287,7 +286,7 @@ fn chosen_depths_change_the_warp_alone() {
         in_range += points.len();
         let errors = fit.errors(map.warp()).unwrap();
         let (share, [across, along]) = (filled(&scene, &map), texels(&scene, &map, &points));
-        let slack = slack(&scene, &map);
+        let slack = slack(&scene, &map, &points);
         worst.note((along / errors.along - 1.0).abs(), slack, (along, errors));
         worst.note((across * share / errors.across - 1.0).abs(), slack, (across, errors));
     });

@@ -60,7 +60,7 @@ fn error_along_a_frustum() {
         let expected = kappa * extent;
         let found = best_excess(&frustum(half, f, DVec3::new(0.0, s, c)), Objective::Along);
         // The tangent of the field of view is taken twice.
-        worst.note((found - expected).abs(), 1e-9 * (1.0 + expected), (found, expected));
+        worst.note((found - expected).abs(), 1e-13 * (1.0 + expected), (found, expected));
         if expected > 0.0 { warped += 1 } else { plain += 1 }
     });
     worst.finish();

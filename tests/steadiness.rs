@@ -95,12 +95,14 @@ impl Setting {
         fit.solve(rule).map(|map| read(&fit, &map))
     }
 
-    /// The places of some points in the map, in texels.
-    fn places(&self, axes: Axes, rule: Rule, points: &[DVec3]) -> Result<Vec<DVec2>, Error> {
+    /// The places of some points in the map, in texels; of those that it shows.
+    fn places(&self, axes: Axes, rule: Rule, points: &[DVec3]) -> Result<Vec<Option<DVec2>>, Error> {
         self.solve(axes, rule, |fit, map| {
             let matrix = map.clip_from_world_at(self.eye, ClipSpace::WGPU);
             let half = DVec2::from(fit.map_size.map(f64::from)) * 0.5;
-            points.iter().map(|p| matrix.project_point3(*p - self.eye).truncate() * half).collect()
+            let place = |p: DVec3| matrix.project_point3(p - self.eye).truncate();
+            let is_shown = |p: DVec3| map.w(p) > 0.0 && place(p).abs().max_element() <= 1.0;
+            points.iter().map(|p| is_shown(*p).then(|| place(*p) * half)).collect()
         })
     }
 
@@ -117,12 +119,13 @@ impl Setting {
 /// The largest move of a point over the sweep, for a step. `None` where the rule refuses on the way.
 fn largest_move(setting: &Setting, turn: Turn, axes: Axes, rule: Rule, points: &[DVec3], step: f64) -> Option<f64> {
     let count = (SWEEP / step).round() as usize;
-    let mut last: Option<Vec<DVec2>> = None;
+    let mut last: Option<Vec<Option<DVec2>>> = None;
     let mut largest: f64 = 0.0;
     for i in 0..=count {
         let places = setting.turned(turn, i as f64 * step).places(axes, rule, points).ok()?;
         if let Some(last) = &last {
-            let moved = places.iter().zip(last).map(|(a, b)| (*a - *b).length()).fold(0.0, f64::max);
+            let moves = places.iter().zip(last).filter_map(|(a, b)| Some((*a)?.distance((*b)?)));
+            let moved = moves.fold(0.0, f64::max);
             largest = largest.max(moved);
         }
         last = Some(places);
@@ -131,7 +134,7 @@ fn largest_move(setting: &Setting, turn: Turn, axes: Axes, rule: Rule, points: &
 }
 
 /// How many sweeps of each angle.
-const SWEEPS: u32 = 12;
+const SWEEPS: u32 = 30;
 
 /// The largest moves over the sweep for the steps, where a point jumps; `None` where nothing is swept, or the rule refuses.
 fn jump(setting: &Setting, turn: Turn, axes: Axes, rule: Rule, points: &[Mixture]) -> Option<Result<(), [f64; 3]>> {

@@ -21,7 +21,7 @@ const ALLOWED: [(&str, f64); 12] = [
     // Of 1, not of the coordinate.
     ("axis x", 1.0),
     ("axis y", 0.0),
-    ("axis z", 1.0),
+    ("axis z", 1.25),
     ("fixed axes", 2.0),
 ];
 

@@ -106,10 +106,10 @@ fn lengths_and_biases_are_inverse() {
         let length = map.length_of_bias(space, p, bias).unwrap();
         assert!(length.is_finite() && length * bias * space.away_from_light() > 0.0, "{length}");
         let back = map.bias_of_length(space, p, length).unwrap();
-        inverse.note((back / bias - 1.0).abs(), 1e-14, (back, bias));
+        inverse.note((back / bias - 1.0).abs(), 4.0 * f64::EPSILON, (back, bias));
         let moved = q - map.light_space().y * length;
         let change = place(map, space, moved).z - place(map, space, q).z;
-        let allowed = 1e-14 + product_rounding(map, q) + product_rounding(map, moved);
+        let allowed = 1e-15 + 0.25 * (product_rounding(map, q) + product_rounding(map, moved));
         moves.note((change - bias).abs(), allowed, (change, bias));
         sharp += usize::from(allowed < 1e-3 * bias.abs());
     });
@@ -278,13 +278,13 @@ fn lengths_under_spot_lights() {
         let length = share * (q + map.origin() - spot.position()).length();
         let bias = map.bias_of_length(space, q + map.origin(), length).unwrap();
         let [here, there] = [q, q + away * length].map(|q| place(&map, space, q).z);
-        let rounding = 1e-11 + product_rounding(&map, q) + product_rounding(&map, q + away * length);
+        let rounding = 1e-15 + product_rounding(&map, q) + product_rounding(&map, q + away * length);
         if rounding > 1e-6 {
             return;
         }
         worst.note((there - here - bias).abs(), rounding, (here, there, bias));
         let back = map.length_of_bias(space, q + map.origin(), bias).unwrap();
-        inverse.note((back - length).abs() * (bias / length).abs(), rounding, (back, length));
+        inverse.note((back / length - 1.0).abs(), 1e-13, (back, length));
         count += 1;
     });
     worst.finish();

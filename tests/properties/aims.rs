@@ -92,7 +92,7 @@ fn least_shift_holds_the_body() {
         };
         let size = casters.vertices().iter().fold(shift, |s, v| s.max(v.length())) + casters.origin().length();
         let narrow = 1.0 + 1.0 / sides.right.min(sides.top).min(-sides.left).min(-sides.bottom);
-        let allowed = 1e-14 * size * narrow;
+        let allowed = 4.0 * f64::EPSILON * size * narrow;
         worst.note(beyond(shift), allowed, shift);
         if shift > 10.0 * allowed {
             moved += 1;

@@ -3,7 +3,7 @@
 use crate::CASES;
 use crate::random::Ratchet;
 use crate::random::basic::{Mixture, mixture};
-use crate::random::measure::{Scene, extent, ndc, sizes};
+use crate::random::measure::{Scene, extent, ndc, sizes, world_rounding};
 use crate::random::scenes::{each_kind, rule};
 use proptest::prelude::*;
 use shadow_warp::aliasing::pixels_per_texel;
@@ -38,7 +38,7 @@ fn density_along_the_warp() {
         let step = 1e-5 * (t + 1.0 / eta.max(1.0));
         let [after, before] = [q + z * (step * d), q - z * (step * d)].map(|p| 0.5 * (ndc(map, p).y + 1.0));
         let slope = (after - before) / (2.0 * step);
-        worst.note((slope / map.warp().density(t) - 1.0).abs(), 3e-10 + 1e-10 * eta, (map, t));
+        worst.note((slope / map.warp().density(t) - 1.0).abs(), 1.5e-10 + 1e-10 * eta, (map, t));
     });
     worst.finish();
 }
@@ -75,7 +75,7 @@ fn texel_extent_is_the_derivative() {
         let [step_x, step_y] = texel_steps(map, q);
         let space = map.light_space();
         let world = 1e3 * f64::EPSILON * eta / along;
-        let allowed = 1e-10 + 10.0 * world;
+        let allowed = 1e-11 + world;
         worst.note((step_x.x.abs() / extent_x - 1.0).abs(), allowed, map);
         worst.note(step_x.y.abs() / extent_x, allowed, map);
         worst.note((step_y.y.abs() / extent_y - 1.0).abs(), allowed, map);
@@ -112,7 +112,7 @@ fn texel_extent_of_fixed_axes_is_the_derivative() {
         for (step, closed) in texel_steps(map, q).into_iter().zip(closed) {
             let shear = offset * eta / along * step.y / w;
             let parts = DVec2::new(step.x - shear, step.y);
-            let allowed = (1e-9 + 1e4 * f64::EPSILON * eta / along) * (1.0 + step.length() / closed);
+            let allowed = (1e-11 + 4e2 * f64::EPSILON * eta / along) * (1.0 + step.length() / closed);
             worst.note((parts.length() / closed - 1.0).abs(), allowed, map);
             askew += usize::from(parts.x.abs().min(parts.y.abs()) > 0.1 * closed);
         }
@@ -132,7 +132,7 @@ fn worst_texel_bounds_every_sample() {
         let map = fit.solve(rule).unwrap();
         let worst = fit.worst_texel(&map);
         let at = |p: DVec3| pixels_per_texel(&map, &scene.view, fit.viewport, p);
-        let slack = |p: DVec3| 1e-15 + world_rounding(&map, &scene, p);
+        let slack = |p: DVec3| 2e-16 + 0.5 * world_rounding(&map, &scene, p);
         let vertices = scene.receivers(DVec3::ZERO);
         let (attained, rounding) =
             vertices.iter().map(|p| (at(*p), slack(*p))).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
@@ -145,14 +145,4 @@ fn worst_texel_bounds_every_sample() {
         }
     });
     at_vertex.finish();
-}
-
-/// How much the rounding of a world position changes the aliasing there, relative: through `w^2`, and through the
-/// depth.
-pub(crate) fn world_rounding(map: &ShadowMap, scene: &Scene, p: DVec3) -> f64 {
-    let size = (p.abs() + map.origin().abs() + scene.view.eye().abs()).element_sum();
-    let row = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(3);
-    let depth = scene.view.forward().dot(p - scene.view.eye()).max(scene.view.near());
-    let w = row.truncate().length() / map.w(p);
-    4.0 * f64::EPSILON * size * (2.0 * w + if scene.view.is_perspective() { 1.0 / depth } else { 0.0 })
 }

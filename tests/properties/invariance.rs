@@ -113,11 +113,11 @@ fn mirrored_cameras_see_the_same() {
         assert_eq!(plain.is_visible(), mirrored.is_visible());
         let (Ok(a), Ok(b)) = (plain.fit().solve(rule), mirrored.fit().solve(rule)) else { return };
         let eta = a.warp().excess();
-        worst.note((a.warp().ratio() / b.warp().ratio() - 1.0).abs(), 1e-13, &a);
+        worst.note((a.warp().ratio() / b.warp().ratio() - 1.0).abs(), 1e-14, &a);
         let [x, y, z] = sizes(&plain.receivers(a.origin()), &a);
         for q in plain.receivers(a.origin()) {
             let thin = (x.max(y).max(z) / x.min(y).min(z)).min(1e6);
-            let allowed = allowance(eta) * thin.max(1.0);
+            let allowed = 0.3 * allowance(eta) * thin.max(1.0);
             worst.note((ndc(&a, q) - ndc(&b, q)).abs().max_element(), allowed, rule);
         }
     });
@@ -150,7 +150,7 @@ fn halves_are_the_whole() {
         let shift = a.origin() - b.origin();
         let size = shift.length() + a.origin().length();
         for q in receivers {
-            let allowed = allowance(a.warp().excess()) + 100.0 * f64::EPSILON * size * a.warp().ratio() / least;
+            let allowed = allowance(a.warp().excess()) + 8.0 * f64::EPSILON * size * a.warp().ratio() / least;
             worst.note((ndc(&a, q) - ndc(&b, q + shift)).abs().max_element(), allowed, rule);
         }
     });
@@ -183,7 +183,7 @@ fn fixed_axes_are_continuous_through_parallel() {
             let gamma = 10_f64.powi(-exponent);
             for gamma in [gamma, -gamma] {
                 let step = change(solve(gamma), at);
-                moved.note(step, 2e3 * gamma.abs() + 1e-13, gamma);
+                moved.note(step, 2.0 * gamma.abs() + 1e-13, gamma);
                 if exponent == 3 {
                     least_change = least_change.min(step);
                 }
@@ -210,20 +210,20 @@ fn linear_depth_runs_from_casters_to_receivers() {
         let [x, y, z] = sizes(&scene.receivers(origin), &map);
         // A body that is flat along the light is fitted as if it were thicker.
         let thick = 1e-5 * x.max(z);
-        if y > thick {
-            worst.note(near.abs().max((receivers[1] - 1.0).abs()), 1e-12, &map);
+        if y > thick && !scene.is_edge_on() {
+            worst.note(near.abs().max((receivers[1] - 1.0).abs()), 1e-14, &map);
         }
-        worst.note((-near).max(receivers[1] - 1.0), 1e-12, &map);
+        worst.note((-near).max(receivers[1] - 1.0), 1e-14, &map);
         // The uniform map's depth is linear, so it is the same row.
         let depth = map.clip_from_world_at(origin, ClipSpace::WGPU).row(2);
         let point = scene.receivers(origin)[0].extend(1.0);
         if y > thick {
-            worst.note((row.dot(point) - depth.dot(point)).abs(), 1e-12 * (x.max(z) / y + 1.0), &map);
+            worst.note((row.dot(point) - depth.dot(point)).abs(), 1e-15 * (x.max(z) / y + 1.0), &map);
         }
         let there = scene.view.eye();
         let from_eye = scene.fit().linear_depth(there).unwrap().dot((point.truncate() + origin - there).extend(1.0));
         let size = origin.length() + there.length() + 1e3;
-        worst.note((from_eye - row.dot(point)).abs(), 1e-13 + 10.0 * f64::EPSILON * size / y.max(thick), &map);
+        worst.note((from_eye - row.dot(point)).abs(), 1e-15 + f64::EPSILON * size / y.max(thick), &map);
     });
     worst.finish();
 }

@@ -1,9 +1,8 @@
 //! Whatever the scene: no panic, no NaN, nothing lost, and no sample worse than the worst.
 
-use super::derivatives::world_rounding;
 use crate::allowance;
 use crate::random::basic::{direction, inside, log_between, mixture, unit, within};
-use crate::random::measure::{Scene, box_between, ndc, product_rounding};
+use crate::random::measure::{Scene, box_between, ndc, product_rounding, world_rounding};
 use crate::random::scenes::{KINDS, Kind, rule, settled_direction, sun};
 use crate::random::{Ratchet, check};
 use proptest::option::weighted;
@@ -200,7 +199,7 @@ fn any_scene_has_a_sound_map() {
         let worst = fit.worst_texel(&map);
         assert!(worst.is_finite() && worst > 0.0, "{worst}");
 
-        let allowed = allowance(map.warp().excess());
+        let allowed = 0.3 * allowance(map.warp().excess());
         let receivers = scene.receivers(map.origin());
         // Each body is rounded about its own origin, wherever the map's lies.
         let rounding = receivers.iter().map(|q| product_rounding(&map, *q)).fold(0.0, f64::max);
@@ -210,21 +209,23 @@ fn any_scene_has_a_sound_map() {
             inside.note(out, allowed + rounding, rule);
         }
         if scene.near_depth == NearDepth::Casters {
+            let mut is_beside = false;
             for q in scene.caster_points(map.origin()) {
                 let (rounding, p) = (product_rounding(&map, q), ndc(&map, q));
                 // Casters that stand 1e15 times the size of the receivers above them are beyond f64.
                 if (0.0..0.1).contains(&rounding) {
                     let aside = (p.x.abs().max(p.y.abs()) - 1.0).max(0.0);
                     if aside > SWEPT * map.warp().ratio() {
-                        seen.beside += 1;
+                        is_beside = true;
                     } else {
-                        casters_inside.note(-p.z, 50.0 * (allowed + rounding + aside), rule);
+                        casters_inside.note(-p.z, 2.0 * (allowed + rounding + aside), rule);
                     }
                     seen.casters += 1;
                 } else {
                     seen.hopeless += 1;
                 }
             }
+            seen.beside += u32::from(is_beside);
         }
         for body in scene.bodies.iter().filter(|body| !body.is_empty()) {
             for q in &samples {
@@ -250,7 +251,7 @@ fn any_scene_has_a_sound_map() {
     sampled.finish();
     println!("{seen:?}");
     let Seen { scenes, casters, beside, hopeless, infinite, orthographic, eye_inside, invisible } = seen;
-    assert!(beside * 10_000 <= casters && hopeless * 50 <= casters, "{seen:?}");
+    assert!(beside * 300 <= scenes && hopeless * 50 <= casters, "{seen:?}");
     assert!([infinite, orthographic, eye_inside, invisible].iter().all(|n| *n > scenes / 20), "{seen:?}");
     assert!(invisible < scenes / 2, "{seen:?}");
 }

@@ -2,13 +2,19 @@
 
 use crate::random::Ratchet;
 use crate::random::basic::{log_between, mixture, unit};
-use crate::random::measure::{box_about, extent, ndc, product_rounding, project, sizes};
+use crate::random::measure::{Scene, box_about, extent, ndc, product_rounding, project, sizes};
 use crate::random::scenes::{each_kind, each_map, rule};
 use crate::{CASES, allowance};
 use approx::assert_abs_diff_eq;
 use proptest::prelude::*;
 use shadow_warp::glam::{DMat3, DVec3, DVec4};
 use shadow_warp::{Axes, ClipSpace, LightSpaceRule, NearDepth, Rule, ShadowMap, Warp};
+
+/// The directions that the texture's axes follow.
+fn texture_axes(scene: &Scene, map: &ShadowMap) -> [DVec3; 2] {
+    let space = map.light_space();
+    if scene.axes == Axes::LightFixed { space.fixed_axes() } else { [space.x, space.z] }
+}
 
 /// LSP-1, LSP-2: receivers fill the four sides and reach the far plane; casters reach the near plane.
 #[test]
@@ -33,14 +39,18 @@ fn contains_and_touches() {
             inside.note(caster.x.abs().max(caster.y.abs()) - 1.0, far_allowed, map);
         }
         // A body that is flat along an axis is fitted as if it were thicker.
-        let [across, height, along] = sizes(receivers, map);
+        let [_, height, _] = sizes(receivers, map);
+        let [across, along] = texture_axes(scene, map).map(|axis| {
+            let [low, high] = extent(receivers.iter().map(|q| axis.dot(*q)));
+            high - low
+        });
         let thick = 1e-5 * across.max(height).max(along);
         if across.min(along) > thick {
             touch.note((low.x + 1.0).abs().max((high.x - 1.0).abs()), allowed, map);
             touch.note((low.y + 1.0).abs().max((high.y - 1.0).abs()), allowed, map);
             touched += 1;
         }
-        if height > thick {
+        if height > thick && !scene.is_edge_on() {
             touch.note((high.z - 1.0).abs(), allowed, map);
             touch.note(low.z.min(above).abs(), far_allowed, map);
             by_casters += usize::from(above < low.z - 0.01);
@@ -70,7 +80,7 @@ fn receivers_touch_the_near_plane_if_asked_to() {
         let map = scene.fit().solve(rule).unwrap();
         let receivers = scene.receivers(map.origin());
         let [low, high] = extent(receivers.iter().map(|q| ndc(&map, *q).z));
-        let allowed = allowance(map.warp().excess());
+        let allowed = 0.3 * allowance(map.warp().excess());
         let [across, height, along] = sizes(&receivers, &map);
         touch.note((-low).max(high - 1.0), allowed, &map);
         if height > 1e-5 * across.max(along) {
@@ -118,12 +128,12 @@ fn w_runs_from_one_to_the_ratio() {
         let [low, high] = extent(receivers.iter().map(|q| row.dot(q.extend(1.0))));
         let [across, height, along] = sizes(receivers, map);
         let ratio = map.warp().ratio();
-        let allowed = 2.3e-12 + 16.0 * f64::EPSILON * ratio;
+        let allowed = 2e-13 + 8.0 * f64::EPSILON * ratio;
         worst.note(1.0 - low, allowed, map);
-        worst.note(high / ratio - 1.0, 2.3e-12, map);
+        worst.note(high / ratio - 1.0, 2e-13, map);
         if along > 1e-5 * across.max(height) {
             worst.note((low - 1.0).abs(), allowed, map);
-            worst.note((high / ratio - 1.0).abs(), 2.3e-12, map);
+            worst.note((high / ratio - 1.0).abs(), 2e-13, map);
             // It is 1 at the near end: the other way round would give the texels to what is far.
             let z = map.light_space().z;
             let nearest = receivers.iter().copied().reduce(|a, b| if z.dot(b) < z.dot(a) { b } else { a }).unwrap();
@@ -169,7 +179,7 @@ fn w_gradient_is_the_view_across_the_light() {
         let row = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(3).truncate();
         // The near depth is that of a vertex, which is rounded like the body.
         let size = receivers.iter().map(|q| q.length()).fold(eye_depth.abs(), f64::max);
-        let allowed = 4e-14 + 32.0 * f64::EPSILON * size / near;
+        let allowed = 1e-15 + f64::EPSILON * size / near;
         worst.note((row - expected).length(), allowed * expected.length(), &map);
     });
     worst.finish();
@@ -189,7 +199,7 @@ fn y_multiplies_the_odds() {
         let [z0, z1] = extent(receivers.iter().map(|p| z.dot(*p)));
         let t = ((z.dot(q) - z0) / (z1 - z0)).clamp(0.0, 1.0);
         let s = 0.5 * (ndc(map, q).y + 1.0);
-        let allowed = 1.3e-11 + 16.0 * f64::EPSILON * map.warp().ratio();
+        let allowed = 1e-14 + f64::EPSILON * map.warp().ratio();
         worst.note((s - map.warp().map_from_body(t)).abs(), allowed, map);
         // s/(1 - s) = rho t/(1 - t), multiplied out so that both ends count.
         let rho = map.warp().ratio();
@@ -217,10 +227,14 @@ fn conventions_of_depth() {
 /// LSP-12: sweeping the receivers towards the light changes neither of the other two extents.
 #[test]
 fn casters_change_depth_alone() {
-    each_kind("LSP-12", CASES, rule(), |mut scene, _, rule| {
+    let rule = rule().prop_filter("casters far away limit a warp that is as strong", |rule| match rule {
+        Rule::Explicit(warp) => warp.excess() < 1e4,
+        _ => true,
+    });
+    each_kind("LSP-12", CASES, rule, |mut scene, _, rule| {
         let with = scene.fit().solve(rule).unwrap();
         let low = with.clip_from_world_at(with.origin(), ClipSpace::WGPU);
-        scene.casters = box_about(DVec3::ZERO, DVec3::splat(1e4));
+        scene.casters = box_about(scene.view.eye(), DVec3::splat(100.0 * scene.view.far()));
         let high = scene.fit().solve(rule).unwrap().clip_from_world_at(with.origin(), ClipSpace::WGPU);
         for row in [0, 1, 3] {
             assert_eq!(low.row(row), high.row(row));
@@ -235,7 +249,7 @@ fn winding() {
     let mut worst = Ratchet::new("LSP-13");
     each_map("LSP-13", CASES, Just(()), |_, map, _, ()| {
         let space = map.light_space();
-        worst.note((DMat3::from_cols(space.x, space.z, -space.y).determinant() + 1.0).abs(), 8e-15, map);
+        worst.note((DMat3::from_cols(space.x, space.z, -space.y).determinant() + 1.0).abs(), 2e-15, map);
         // The rows of a strong warp are so nearly dependent that f64 does not tell the sign.
         if map.warp().excess() < 1e4 {
             let of = |space| map.clip_from_world_at(map.origin(), space).determinant();
@@ -272,12 +286,12 @@ fn cross_ratios_and_planes_are_kept() {
             return;
         }
         let cross = |[p, q, r, s]: [f64; 4]| (p - r) * (q - s) / ((p - s) * (q - r));
-        ratio.note((cross(mapped) / cross(places) - 1.0).abs(), 1.4e-12 + 1e-10 * f64::from(u8::from(eta > 10.0)), map);
+        ratio.note((cross(mapped) / cross(places) - 1.0).abs(), 1e-13 + f64::EPSILON * eta, map);
 
         let fourth = a + (b - a) * u + (c - a) * 0.5 * v;
         let [p, q, r, s] = [a, b, c, fourth].map(|c| ndc(map, c));
         let volume = (q - p).cross(r - p).dot(s - p);
-        flat.note(volume.abs(), 2e-12 * (1.0 + (s - p).length()), map);
+        flat.note(volume.abs(), 1e-14 * (1.0 + (s - p).length()), map);
         compared += 1;
         bent += u32::from((mapped[1] - second).abs() > 0.1);
     });

@@ -60,8 +60,8 @@ fn least_error_at_the_ends_by_brute_force() {
             let best = brute_force(|eta| worst_end(q, t, eta));
             let [found, expected] = [eta, best].map(|eta| worst_end(q, t, eta));
             // At a corner of the function the place is as good as the value; in a valley by its root.
-            worst.note((found / expected - 1.0).abs(), 1e-12, (degrees, eta, best));
-            worst.note((eta - best).abs() / (1.0 + best), 1e-6, (degrees, eta, best));
+            worst.note((found / expected - 1.0).abs(), 1e-14, (degrees, eta, best));
+            worst.note((eta - best).abs() / (1.0 + best), 1e-7, (degrees, eta, best));
             assert!(found <= worst_end(q, t, 0.0), "{degrees}");
             // And on the map itself, against all other rules.
             let on_map = |map: &ShadowMap| {
@@ -221,7 +221,7 @@ fn chosen_depths_change_the_warp_alone() {
             let size = points.iter().fold(0.0_f64, |s, q| s.max(q.length()));
             if slab.extent > 1e-3 * size && all_1 - all_0 > 1e-3 * size {
                 let expected = shadow_warp::LightSpaceRule::Damped.excess(&slab) * (all_1 - all_0) / slab.extent;
-                worst.note((map.warp().excess() - expected).abs(), 1e-9 * (1.0 + expected), expected);
+                worst.note((map.warp().excess() - expected).abs(), 1e-14 * (1.0 + expected), expected);
             }
         }
     };
@@ -294,7 +294,7 @@ fn line_of_sight_runs_straight_up_the_map() {
         seen[2 * usize::from(is_lamp) + usize::from(is_middle)] += 1;
         let slack = extent(line.iter().map(|p| rounding(&scene, &map, *p - map.origin())))[1];
         let [left, right] = extent(places);
-        worst.note(right - left, 1e-11 + 100.0 * slack, (left, right));
+        worst.note(right - left, 1e-12 + 200.0 * slack, (left, right));
     };
     each_kind("line-of-sight", CASES, more.clone(), |scene, _, more| property(scene, more));
     each_lamp("line-of-sight", CASES, more, |scene, _, more| property(scene, more));

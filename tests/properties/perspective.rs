@@ -122,7 +122,7 @@ fn light_rays_stay_in_their_texel() {
         let moved = (here - there).truncate().abs().max_element();
         // The direction itself is rounded: over the way, and for a lamp over its distance.
         let rounding = product_rounding(map, q) + product_rounding(map, q + way);
-        sideways.note(moved, 6e-15 + 2.0 * rounding, map);
+        sideways.note(moved, 1e-15 + 0.5 * rounding, map);
         let row = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(2);
         if here.z - there.z < 1e-13 + rounding {
             assert!(here.z > there.z - 1e-13 - rounding, "{here} {there}");
@@ -282,10 +282,10 @@ fn texels_are_as_large_as_the_matrix_says() {
         let expected = [DVec2::new(y_z, y_x) * (2.0 / 512.0), DVec2::new(x_z, x_x) * (2.0 / 2048.0)]
             .map(|v| v.length() / determinant.abs());
         let found = map.texel_extent(q + map.origin());
-        let rounding = 64.0 * f64::EPSILON * map.origin().length() * map.warp().ratio() / across.min(along);
+        let rounding = 8.0 * f64::EPSILON * map.origin().length() * map.warp().ratio() / across.min(along);
         let conditioning = (x_x.abs() + x_z.abs()) * (y_x.abs() + y_z.abs()) / determinant.abs();
         for (a, b) in found.into_iter().zip(expected) {
-            worst.note((a / b - 1.0).abs(), (1e-12 + rounding) * conditioning, (a, b, map));
+            worst.note((a / b - 1.0).abs(), (1e-14 + rounding) * conditioning, (a, b, map));
         }
     });
     worst.finish();

@@ -110,7 +110,7 @@ fn pixels_per_texel_are_constant_on_the_plane() {
             let [s, t] = [c.perp_dot(b) / area, a.perp_dot(c) / area];
             let expected = places[0] + (places[1] - places[0]) * s + (places[2] - places[0]) * t;
             let size = 1.0 + s.abs() + t.abs();
-            let allowed = (1e-12 + slack) * size * spread * spread / area.abs();
+            let allowed = (1e-15 + slack) * size * spread * spread / area.abs();
             worst.note((places[i] - expected).abs().max_element(), allowed, map);
         }
     });
@@ -128,7 +128,7 @@ fn points_are_drawn_where_their_shadow_is_seen() {
         let shadow = q - ray * (plane.distance(q) / plane.normal().dot(ray));
         let [here, there] = [q, shadow].map(|p| ndc(map, p - map.origin()).truncate());
         let slack = [q, shadow].map(|p| rounding(scene, map, p - map.origin()));
-        worst.note((here - there).abs().max_element(), 1e-12 + slack[0] + slack[1], map);
+        worst.note((here - there).abs().max_element(), 1e-15 + slack[0] + slack[1], map);
     });
     worst.finish();
 }
@@ -137,7 +137,7 @@ fn points_are_drawn_where_their_shadow_is_seen() {
 fn contains_and_touches() {
     let (mut inside, mut touch) = (Ratchet::new("plane-optimal, inside"), Ratchet::new("plane-optimal, touch"));
     each_map("plane/touch", Just(()), |scene, _, map, points, ()| {
-        let allowed = 1e-13 + extent(points.iter().map(|q| rounding(scene, map, *q)))[1];
+        let allowed = 1e-15 + extent(points.iter().map(|q| rounding(scene, map, *q)))[1];
         let places: Vec<_> = points.iter().map(|q| ndc(map, *q)).collect();
         for axis in [0, 1] {
             let [low, high] = extent(places.iter().map(|p| p[axis]));

@@ -55,7 +55,7 @@ fn contains_and_touches() {
     let (mut inside, mut touch) = (Ratchet::new("LSP-33 inside"), Ratchet::new("LSP-33 touch"));
     let (mut touched, mut by_casters) = (0, 0);
     each_map("LSP-33", probes(), |scene, rule, map, points, probes| {
-        let allowed = 4e-13 + extent(points.iter().map(|q| rounding(scene, map, *q)))[1];
+        let allowed = 1e-14 + 0.5 * extent(points.iter().map(|q| rounding(scene, map, *q)))[1];
         let places: Vec<_> = points.iter().map(|q| ndc(map, *q)).collect();
         let [x, y, z] = [0, 1, 2].map(|a| extent(places.iter().map(|p| p[a])));
         for [low, high] in [x, y, z.map(|z| 2.0 * z - 1.0)] {
@@ -106,7 +106,7 @@ fn light_rays_stay_in_their_texel() {
         let to_lamp = spot(&scene.light).position() - map.origin() - q;
         let way = to_lamp * way;
         let [here, there] = [q, q + way].map(|p| ndc(map, p));
-        let allowed = 3e-13 + rounding(scene, map, q) + rounding(scene, map, q + way);
+        let allowed = 1e-14 + 0.3 * (rounding(scene, map, q) + rounding(scene, map, q + way));
         let moved = (here - there).truncate().abs().max_element();
         sideways.note(moved, allowed, (rule, map));
         let forth = way.dot(to_lamp).signum();
@@ -180,7 +180,7 @@ fn errors_on_the_line_of_sight_are_equal() {
         if eta > 0.0 && w.abs() < 1e-6 * w_near {
             met += 1;
             let thin = rounding(&scene, &map, lit(&scene, map.origin())[0]);
-            equal.note((a / b - 1.0).abs(), 2e-13 * (1.0 + eta) + 1e3 * thin, (eta, a, b));
+            equal.note((a / b - 1.0).abs(), 1e-14 * (1.0 + eta) + thin, (eta, a, b));
         }
     });
     equal.finish();
@@ -218,7 +218,7 @@ fn axes_follow_the_picture_of_the_line_of_sight() {
                 1.0..2.0,
             );
             let moved = LightSpace::new(&other.unwrap(), &scene.light).unwrap();
-            let rounding = 64.0 * f64::EPSILON * (1.0 + (eye.length() + lamp.position().length()) / to_lamp.length());
+            let rounding = f64::EPSILON * (1.0 + (eye.length() + lamp.position().length()) / to_lamp.length());
             let rounding = rounding * (1.0 + to_lamp.length() / eye.distance(lamp.position())) / space.sin_gamma;
             same.note(moved.z.distance(space.z), 4e-15 + rounding, step);
             // Two places on the line that the lamp shines towards.
@@ -229,7 +229,7 @@ fn axes_follow_the_picture_of_the_line_of_sight() {
             };
             let ahead = eye + view.forward() * to_lamp.length() * further;
             if let (Some(a), Some(b)) = (place(eye), place(ahead)) {
-                straight.note((a.x - b.x).abs(), 4e-14 + 10.0 * rounding, step);
+                straight.note((a.x - b.x).abs(), 1e-15 + 2.0 * rounding, step);
                 assert!(b.y > a.y - 1e-12 - 10.0 * rounding, "{a} {b}");
             }
         }

@@ -61,7 +61,7 @@ fn focus_lands_on_its_line() {
     let (mut suns, mut lamps) = (0, 0);
     each_map("LSP-29", Just(()), |scene, rule, map, points, ()| {
         let rounding = extent(points.iter().map(|q| rounding(scene, map, *q)))[1];
-        let allowed = 4e-14 + rounding;
+        let allowed = 1e-15 + rounding;
         let places: Vec<_> = points.iter().map(|q| ndc(map, *q)).collect();
         let [x, y] = [0, 1].map(|a| extent(places.iter().map(|p| p[a])));
         for [low, high] in [x, y] {
@@ -69,7 +69,7 @@ fn focus_lands_on_its_line() {
         }
         let [across, height, along] = sizes(points, map);
         if along > 1e-5 * across.max(height) {
-            ends.note((y[0] + 1.0).abs().max((y[1] - 1.0).abs()), 1.4e-13 + rounding, map);
+            ends.note((y[0] + 1.0).abs().max((y[1] - 1.0).abs()), 2e-15 + rounding, map);
         }
         // The map is the one of the family with this warp.
         let same = scene.fit().solve(Rule::Explicit(map.warp())).unwrap();
@@ -89,16 +89,16 @@ fn focus_lands_on_its_line() {
         let place = ndc(map, q);
         let t = Warp::new(eta).unwrap().body_from_map(rule.line);
         // Its place in the body is known to so much, and moves on the map by the density.
-        let slack = 64.0 * f64::EPSILON * (q.length() + far) / along.min(across.max(1e-300)) * eta.max(1.0);
+        let slack = 2.0 * f64::EPSILON * (q.length() + far) / along.min(across.max(1e-300)) * eta.max(1.0);
         let off = (place.y - (2.0 * rule.line - 1.0)).abs();
-        focus.note(off, 1.6e-14 + 2.0 * product_rounding(map, q) + slack, (rule, t, map));
+        focus.note(off, 1e-15 + product_rounding(map, q) + slack, (rule, t, map));
         if scene.light.as_directional().is_ok() { suns += 1 } else { lamps += 1 }
     });
     for ratchet in [inside, ends, focus] {
         ratchet.finish();
     }
     println!("{suns} {lamps}");
-    assert!(suns > 150 && lamps > 30, "{suns} {lamps}");
+    assert!(suns > 150 && lamps > 10, "{suns} {lamps}");
 }
 
 /// LSP-31: the corners of the map, seen along the light, are the paper's trapezoid; its eight matrices make the same map.
@@ -125,7 +125,7 @@ fn eight_matrices_make_the_same_map() {
         let eight = eight_matrices([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)]);
         // The inverse, and the meeting of the side lines far away for a weak warp.
         let distance = extent(points.iter().map(|q| q.length()))[1] + scene.view.eye().distance(map.origin());
-        let allowed = 1.2e-12 * (1.0 + 1.0 / eta) * (1.0 + eta) * (1.0 + distance / along.min(across));
+        let allowed = 2e-14 * (1.0 + 1.0 / eta) * (1.0 + eta) * (1.0 + distance / along.min(across));
         for q in samples {
             let q = q.of(points);
             let place = ndc(map, q);

@@ -26,7 +26,9 @@ pub(crate) struct Scene {
 impl fmt::Debug for Scene {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { view, light, boxes, casters, bodies: _, axes, near_depth, map_size } = self;
-        write!(f, "{view:?} {light:?} boxes {boxes:?} {casters:?} {axes:?} {near_depth:?} {map_size:?}")
+        let (eye, depth) = (view.eye(), view.near()..view.far());
+        write!(f, "eye {eye} forward {} up {} {:?} {depth:?}, ", view.forward(), view.up(), view.lens())?;
+        write!(f, "{light:?}, boxes {boxes:?}, casters {casters:?}, {axes:?} {near_depth:?} {map_size:?}")
     }
 }
 
@@ -76,6 +78,12 @@ impl Scene {
         self.bodies.iter().flat_map(relative).collect()
     }
 
+    /// Whether a flat receiver turns no area to the light, so that nothing counts as its caster.
+    pub(crate) fn is_edge_on(&self) -> bool {
+        let normals = self.boxes.iter().map(|b| (b.max() - b.min()).cmple(DVec3::ZERO));
+        normals.into_iter().any(|flat| flat.any() && DVec3::select(flat, self.to_light(), DVec3::ZERO).length() < 1e-6)
+    }
+
     pub(crate) fn is_visible(&self) -> bool {
         self.bodies.iter().any(|body| !body.is_empty())
     }
@@ -95,7 +103,7 @@ pub(crate) fn product_rounding(map: &ShadowMap, point: DVec3) -> f64 {
     let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
     let p = point.extend(1.0);
     let size = |row: usize| matrix.row(row).truncate().length() * point.length() + matrix.row(row).w.abs();
-    64.0 * f64::EPSILON * size(0).max(size(1)).max(size(2) + size(3)) / matrix.row(3).dot(p)
+    8.0 * f64::EPSILON * size(0).max(size(1)).max(size(2) + size(3)) / matrix.row(3).dot(p)
 }
 
 pub(crate) fn project(clip: DVec4) -> DVec3 {
@@ -141,6 +149,16 @@ pub(crate) fn lit(scene: &Scene, origin: DVec3) -> Vec<DVec3> {
     scene.fit().lit_receivers().flat_map(relative).collect()
 }
 
+/// How much the rounding of a world position changes the aliasing there, relative: through `w^2`, and through the
+/// depth.
+pub(crate) fn world_rounding(map: &ShadowMap, scene: &Scene, p: DVec3) -> f64 {
+    let size = (p.abs() + map.origin().abs() + scene.view.eye().abs()).element_sum();
+    let row = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(3);
+    let depth = scene.view.forward().dot(p - scene.view.eye()).max(scene.view.near());
+    let w = row.truncate().length() / map.w(p);
+    2.0 * f64::EPSILON * size * (2.0 * w + if scene.view.is_perspective() { 1.0 / depth } else { 0.0 })
+}
+
 /// The vertices of what the light shines on between two depths, relative to the eye, by the edges of the bodies.
 pub(crate) fn lit_between(scene: &Scene, [low, high]: [f64; 2]) -> Vec<DVec3> {
     let (eye, forward) = (scene.view.eye(), scene.view.forward());
@@ -167,5 +185,5 @@ pub(crate) fn rounding(scene: &Scene, map: &ShadowMap, q: DVec3) -> f64 {
     let light = scene.light.homogeneous();
     let distance = if light.w == 0.0 { 0.0 } else { (light.truncate() - map.origin()).length() };
     let steep = [0, 1, 2, 3].map(|row| matrix.row(row).truncate().length()).into_iter().fold(0.0, f64::max);
-    product_rounding(map, q) + 64.0 * f64::EPSILON * steep * distance / matrix.row(3).dot(q.extend(1.0))
+    product_rounding(map, q) + 8.0 * f64::EPSILON * steep * distance / matrix.row(3).dot(q.extend(1.0))
 }
