@@ -13,7 +13,7 @@ use proptest::prelude::*;
 use proptest::sample::select;
 use random::basic::{inside, log_between, mixture};
 use random::lamps::each_lamp;
-use random::measure::{Scene, box_about, lit, product_rounding, project};
+use random::measure::{Scene, box_about, lit, product_rounding, project, rounding};
 use random::scenes::each_map;
 use random::{Ratchet, check};
 use shadow_warp::glam::{DMat2, DMat3, DVec2, DVec3, DVec4};

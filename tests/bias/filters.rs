@@ -278,13 +278,13 @@ fn lengths_under_spot_lights() {
         let length = share * (q + map.origin() - spot.position()).length();
         let bias = map.bias_of_length(space, q + map.origin(), length).unwrap();
         let [here, there] = [q, q + away * length].map(|q| place(&map, space, q).z);
-        let rounding = 1e-15 + product_rounding(&map, q) + product_rounding(&map, q + away * length);
+        let rounding = 1e-15 + rounding(&scene, &map, q) + rounding(&scene, &map, q + away * length);
         if rounding > 1e-6 {
             return;
         }
         worst.note((there - here - bias).abs(), rounding, (here, there, bias));
         let back = map.length_of_bias(space, q + map.origin(), bias).unwrap();
-        inverse.note((back / length - 1.0).abs(), 1e-13, (back, length));
+        inverse.note((back - length).abs(), 1e-13 * length.abs(), (back, length));
         count += 1;
     });
     worst.finish();

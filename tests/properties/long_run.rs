@@ -206,7 +206,7 @@ fn any_scene_has_a_sound_map() {
         for q in receivers {
             let p = ndc(&map, q);
             let out = (p.x.abs() - 1.0).max(p.y.abs() - 1.0).max(-p.z).max(p.z - 1.0);
-            inside.note(out, allowed + rounding, rule);
+            inside.note(out, allowed + 0.3 * rounding, rule);
         }
         if scene.near_depth == NearDepth::Casters {
             let mut is_beside = false;

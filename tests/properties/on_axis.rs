@@ -221,7 +221,7 @@ fn chosen_depths_change_the_warp_alone() {
             let size = points.iter().fold(0.0_f64, |s, q| s.max(q.length()));
             if slab.extent > 1e-3 * size && all_1 - all_0 > 1e-3 * size {
                 let expected = shadow_warp::LightSpaceRule::Damped.excess(&slab) * (all_1 - all_0) / slab.extent;
-                worst.note((map.warp().excess() - expected).abs(), 1e-14 * (1.0 + expected), expected);
+                worst.note((map.warp().excess() - expected).abs(), 2e-15 * (1.0 + expected), expected);
             }
         }
     };
