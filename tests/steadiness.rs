@@ -173,7 +173,7 @@ fn each_sweep(name: &str, axes: Axes, rule: Rule, least_sine: f64, mut found: im
 #[test]
 fn no_jumps() {
     let published = LIGHT_SPACE_RULES.map(Rule::LightSpace);
-    let others = [Rule::Uniform, Rule::OnAxis, Rule::TSM, Rule::PSM, Rule::Optimal(Objective::Along), Rule::OPTIMAL];
+    let others = [Rule::Uniform, Rule::TSM, Rule::PSM, Rule::Optimal(Objective::Along), Rule::OPTIMAL];
     for (number, rule) in published.into_iter().chain(others).enumerate() {
         let mut count = 0;
         each_sweep(&format!("steady-{number}"), Axes::View, rule, 0.15, |swept| {
@@ -221,7 +221,7 @@ fn no_jumps_at_all_with_fixed_axes() {
     }
 }
 
-/// The objectives that may jump do so seldom; the mean of the vertices jumps as vertices come and go.
+/// The rules that may jump do so seldom: of two warps that are equally good for other scenes than this one. The mean of the vertices jumps as vertices come and go.
 #[test]
 fn jumps_are_seldom() {
     let sweeps = |name: &str, axes: Axes, rule: Rule, least_sine: f64| {
@@ -233,6 +233,7 @@ fn jumps_are_seldom() {
         println!("{name}: {jumps} of {count} sweeps jump");
         assert!(count > 20 && jumps * 8 < count, "{name}: {jumps} of {count}");
     };
+    sweeps("seldom/on-axis", Axes::View, Rule::OnAxis, 0.15);
     sweeps("seldom/across", Axes::View, Rule::Optimal(Objective::Across), 0.15);
     sweeps("seldom/product", Axes::View, Rule::Optimal(Objective::Product), 0.15);
     sweeps("seldom/vertex-mean", Axes::VertexMean, Rule::LISPSM, 0.3);

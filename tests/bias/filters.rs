@@ -278,7 +278,7 @@ fn lengths_under_spot_lights() {
         let length = share * (q + map.origin() - spot.position()).length();
         let bias = map.bias_of_length(space, q + map.origin(), length).unwrap();
         let [here, there] = [q, q + away * length].map(|q| place(&map, space, q).z);
-        let rounding = 1e-15 + rounding(&scene, &map, q) + rounding(&scene, &map, q + away * length);
+        let rounding = 1e-15 + 8.0 * (rounding(&scene, &map, q) + rounding(&scene, &map, q + away * length));
         if rounding > 1e-6 {
             return;
         }

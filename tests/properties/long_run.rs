@@ -213,7 +213,7 @@ fn any_scene_has_a_sound_map() {
             for q in scene.caster_points(map.origin()) {
                 let (rounding, p) = (product_rounding(&map, q), ndc(&map, q));
                 // Casters that stand 1e15 times the size of the receivers above them are beyond f64.
-                if (0.0..0.1).contains(&rounding) {
+                if (0.0..0.01).contains(&rounding) {
                     let aside = (p.x.abs().max(p.y.abs()) - 1.0).max(0.0);
                     if aside > SWEPT * map.warp().ratio() {
                         is_beside = true;
