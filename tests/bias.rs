@@ -223,7 +223,7 @@ fn facing_planes_at_both_ends_have_opposite_slopes() {
             let width = DVec2::from_array(texels) * size * linear.truncate().length();
             none.note(
                 (DVec2::from_array(slope) * size).abs().max_element(),
-                4.0 * f64::EPSILON * width.max_element(),
+                f64::EPSILON * width.max_element() * map.warp().ratio(),
                 slope,
             );
         }

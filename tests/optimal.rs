@@ -198,7 +198,7 @@ fn nothing_is_below_the_bound() {
         for warp in warps() {
             let errors = fit.errors(warp).unwrap();
             assert!(errors.along >= bound.along * (1.0 - 1e-12), "{warp:?} {errors:?} {bound:?}");
-            assert!(errors.across >= bound.across * (1.0 - TIE), "{warp:?} {errors:?} {bound:?}");
+            assert!(errors.across >= bound.across * (1.0 - 2.0 * TIE), "{warp:?} {errors:?} {bound:?}");
             closest = closest.min(errors.along / bound.along);
         }
         let best = |objective| fit.errors(fit.solve(Rule::Optimal(objective)).unwrap().warp()).unwrap();

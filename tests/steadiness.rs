@@ -16,8 +16,8 @@ use shadow_warp::{Axes, Body, Bounds, ClipSpace, Error, Fit, Light, Objective, R
 /// Degrees.
 const STEP: f64 = 0.01;
 const SWEEP: f64 = 2.0;
-/// How often the step is halved: to 6e-7 degrees.
-const HALVINGS: usize = 14;
+/// How often the step is halved: to 4e-11 degrees. (Some moves are as the square root of the step.)
+const HALVINGS: usize = 28;
 /// What is left of a move then that is no jump, in texels.
 const LEFT: f64 = 0.01;
 

@@ -284,7 +284,7 @@ fn lengths_under_spot_lights() {
         }
         worst.note((there - here - bias).abs(), rounding, (here, there, bias));
         let back = map.length_of_bias(space, q + map.origin(), bias).unwrap();
-        inverse.note((back - length).abs(), 1e-13 * length.abs(), (back, length));
+        inverse.note((back - length).abs(), 2e-15 * length.abs(), (back, length));
         count += 1;
     });
     worst.finish();

@@ -25,6 +25,7 @@ fn each_map<E: Strategy + Clone>(
     more: E,
     mut property: impl FnMut(&Scene, &ShadowMap, &[DVec3], E::Value),
 ) {
+    let (mut suns, mut refused) = (0, 0);
     each_kind(name, CASES, (select(vec![0.0, 0.0, 1.0]), more.clone()), |scene, _, (shift, more)| {
         // What this camera sees is out of its picture once it has moved back only where a side leans inward.
         let widens = match scene.view.lens() {
@@ -32,9 +33,17 @@ fn each_map<E: Strategy + Clone>(
             Lens::Orthographic(_) => false,
         };
         let shift = if widens { shift * scene.view.near() } else { 0.0 };
-        let map = scene.fit().solve(rule(Aim::Closest, shift)).unwrap();
+        suns += 1;
+        let found = scene.fit().solve(rule(Aim::Closest, shift));
+        let Ok(map) = found else {
+            // With far/near of 1e6 and more the light may come too close in the camera's space.
+            assert!(unsupported(&found) && scene.view.far() > 1e5 * scene.view.near());
+            refused += 1;
+            return;
+        };
         property(&scene, &map, &scene.receivers(map.origin()), more);
     });
+    assert!(refused * 100 < suns, "{refused} of {suns}");
     let mut solved = Vec::new();
     each_lamp(name, CASES, more, |scene, place, more| {
         let found = scene.fit().solve(Rule::PSM);

@@ -136,8 +136,10 @@ fn errors_on_the_line_of_sight_are_equal() {
             let lamp = spot(&scene.light);
             lamp.direction().dot(view.eye() + view.forward() * z - lamp.position())
         };
-        if base(near).min(base(far)) <= 1e-9 * (base(near) - base(far)).abs() {
-            assert_eq!(map.warp().excess().to_bits(), 0);
+        let least = base(near).min(base(far)) / (base(near) - base(far)).abs();
+        if least <= 1e-9 {
+            // To rounding, an end is behind the lamp, where there is no best warp.
+            assert!(least >= -1e-9 || map.warp().excess() == 0.0);
             return;
         }
         // The way along the line of sight of a step in the map, seen from the eye.

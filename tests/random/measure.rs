@@ -81,7 +81,7 @@ impl Scene {
     /// Whether a flat receiver turns no area to the light, so that nothing counts as its caster.
     pub(crate) fn is_edge_on(&self) -> bool {
         let normals = self.boxes.iter().map(|b| (b.max() - b.min()).cmple(DVec3::ZERO));
-        normals.into_iter().any(|flat| flat.any() && DVec3::select(flat, self.to_light(), DVec3::ZERO).length() < 1e-6)
+        normals.into_iter().any(|flat| flat.any() && DVec3::select(flat, self.to_light(), DVec3::ZERO).length() < 1e-3)
     }
 
     pub(crate) fn is_visible(&self) -> bool {
