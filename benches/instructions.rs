@@ -1,5 +1,5 @@
-//! Instructions for a thousand realistic jobs, so that a thousandth of each count is the mean per job; the counts
-//! repeat exactly: `bash benches/baseline.sh` (needs valgrind and gungraun-runner).
+//! Instructions for a thousand realistic jobs: a thousandth of each count is the mean per job. The
+//! counts repeat exactly. `bash benches/baseline.sh` runs these benches.
 #![expect(clippy::unwrap_used, reason = "the jobs are valid, and a bench may stop where one is not")]
 #![expect(missing_docs, reason = "the harness generates public items")]
 
@@ -27,7 +27,8 @@ macro_rules! count {
     };
 }
 steps::with_all_steps!(count);
-/// glibc chooses its `memcpy` and `tan` by the processor. Those for any x86-64 processor make the counts comparable.
+/// glibc chooses its `memcpy`, `memset` and `tan` by the processor. Those for any x86-64 processor
+/// make the counts comparable.
 const PLAIN_PROCESSOR: &str =
     "glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-AVX_Fast_Unaligned_Load,-ERMS,-FSRM,-FMA,-FMA4,-SSSE3";
 main!(

@@ -4,11 +4,11 @@
 //! |---|---|---|
 //! | [`suns`] | a box of 400 x 50 x 400 | the sun, anywhere above the horizon |
 //! | [`grounds`] | a box of 400 x 2 x 400 | the sun, behind the camera |
-//! | [`spots`] | as for the sun | a spot light of 10 to 60 degrees, over the box or in it, which points down |
+//! | [`spots`] | as for the sun | a spot light of 10 to 60 degrees in or over the box, pointing down |
 //! | [`points`] | as for the sun | a point light in the box |
 //!
-//! The cameras are in the box and around it, with near 0.1 to 1, far 70 to 10,000 or infinite, and a field of view of
-//! 30 to 100 degrees.
+//! The cameras are in the box and around it. Near is 0.1 to 1, far 70 to 10,000 or infinite, the field
+//! of view 30 to 100 degrees.
 
 use core::fmt::Debug;
 use core::ops::Range;
@@ -140,7 +140,8 @@ pub(crate) fn suns() -> Vec<Job> {
     )
 }
 
-/// The sun over flat ground. It is behind a camera that looks down, so that no shadow falls behind the eye.
+/// The sun over flat ground. It is behind a camera that looks down, so that no shadow falls behind
+/// the eye.
 pub(crate) fn grounds() -> Vec<Job> {
     draw((cameras(-0.5..0.0), to_sun()).prop_map(|(camera, to_light)| {
         let [ahead, aside] = [camera.forward, to_light].map(|v| dvec3(v.x, 0.0, v.z));

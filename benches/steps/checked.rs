@@ -1,4 +1,5 @@
-//! The jobs of each step. What is measured must be right, so each function first asserts what the step makes of them.
+//! The jobs of each step. What is measured must be right, so each function first asserts what the
+//! step makes of them.
 
 use shadow_warp::glam::{DVec3, Mat4, vec3};
 use shadow_warp::{ClipSpace, Error, Fit, Light, ShadowMap};
@@ -41,7 +42,8 @@ fn worst(jobs: &[Job], solve: impl Fn(&Job) -> ShadowMap) -> f64 {
     jobs.iter().map(|job| job.fit().worst_texel(&solve(job))).sum::<f64>() / jobs.len() as f64
 }
 
-/// Asserts that each map fits, and that the worst texel is at most so many times that of the uniform map, on the mean.
+/// Asserts that each map fits, and that the mean worst texel is at most so many times that of the
+/// uniform map.
 fn fitted(jobs: Vec<Job>, solve: impl Fn(&Job) -> ShadowMap, times: f64) -> Vec<Job> {
     let jobs = each(jobs, |job| assert_fits(&job.fit(), &solve(job)));
     let found = worst(&jobs, &solve) / worst(&jobs, steps::fit_uniform);
@@ -147,8 +149,8 @@ pub(crate) fn worst_texel() -> Vec<Job> {
     each(jobs::suns(), |job| assert!(steps::worst_texel(job) > 0.0))
 }
 
-/// What rounding can move must be kept free on each side. `refused`: how many maps have no room for it, as those of a
-/// spot light far from the eye whose casters come close to it.
+/// Asserts that each side keeps free what rounding can move. Up to `refused` maps may have no room
+/// for that, as those of a spot light far from the eye whose casters come close to it.
 fn guarded(jobs: Vec<Job>, refused: usize) -> Vec<Job> {
     let is_guarded = |job: &&Job| {
         let guarded = match steps::guard_f32(job) {

@@ -10,8 +10,8 @@ use shadow_warp::{
 
 use crate::jobs::Job;
 
-/// Calls a macro with the names of all steps. Of each there is a function here, the step for one job, and one in
-/// [`checked`], which returns the jobs once it has asserted what the step makes of them.
+/// Calls a macro with the names of all steps. Each name is that of two functions: the step for one job,
+/// here, and in [`checked`] what returns the jobs, once it has asserted what the step makes of them.
 macro_rules! with_all_steps {
     ($macro:ident) => {
         $macro! {
