@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
 # Counts the instructions of every bench in benches/instructions.rs.
-#   bash benches/baseline.sh            compares with benches/baseline.txt: more than 2 % worse fails
+#   bash benches/baseline.sh            compares with benches/baseline.txt; over 2 % worse fails
 #   bash benches/baseline.sh --write    renews that file
 #   bash benches/baseline.sh --print    prints what would be written
 #
-# The file names what its counts were measured with. Where that is something else than here, the commit that last changed
-# the file is measured too, and compared with.
+# The file names what its counts were measured with. Where that differs here, the commit that last
+# changed the file is measured too, and compared with.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 file=benches/baseline.txt
@@ -21,7 +21,8 @@ install_tools() {
             { "${install[@]}" || { apt-get update -qq && "${install[@]}"; }; } >&2 || true
         fi
         command -v valgrind >/dev/null || {
-            echo "Counting instructions needs valgrind: install it (Debian, Ubuntu: apt-get install valgrind libc6-dbg)." >&2
+            echo "Counting instructions needs valgrind. Install it, for example the packages valgrind and" \
+                "libc6-dbg (Debian, Ubuntu: apt-get install valgrind libc6-dbg)." >&2
             exit 1
         }
     fi
@@ -38,7 +39,7 @@ install_tools() {
     fi
 }
 
-# What the counts depend on besides the code. The processor is not among it: see benches/instructions.rs.
+# What the counts depend on besides the code. Not on the processor: see benches/instructions.rs.
 measured_with() {
     echo "# Instructions of a thousand jobs each. Renew with: bash benches/baseline.sh --write"
     echo "# $(rustc --version), $(rustc -vV | sed -n 's/^host: //p')"
@@ -46,12 +47,13 @@ measured_with() {
 }
 
 counts() {
-    cargo bench --locked --bench instructions -- --callgrind-metrics=ir --nosummary --parallel >target/instructions.txt
+    local options=(--callgrind-metrics=ir --nosummary --parallel)
+    cargo bench --locked --bench instructions -- "${options[@]}" >target/instructions.txt
     awk '/^instructions::/ { name = $1; sub(/.*::/, "", name) }
         /^ *Instructions:/ { split($2, count, "|"); print name, count[1] }' target/instructions.txt
 }
 
-# Compares the counts in $2 with those in $1. Benches that are in one of them only are told of.
+# Compares the counts in $2 with those in $1, and prints which differ. Fails where one is worse.
 compare() {
     awk -v limit=2 '
         /^#/ { next }
@@ -70,7 +72,7 @@ compare() {
         }' "$1" "$2"
 }
 
-advice="If this is meant, run 'bash benches/baseline.sh --write', commit $file, and say why in the commit's message."
+advice="If this is meant, run 'bash benches/baseline.sh --write', commit $file, and say why in the message."
 
 install_tools
 mkdir -p target
@@ -80,13 +82,17 @@ case "${1:-}" in
 --write) cp target/counts.txt "$file"; exit ;;
 esac
 
-if ! diff <(grep -v '^#' "$file" | cut -d' ' -f1 | sort) <(grep -v '^#' target/counts.txt | cut -d' ' -f1 | sort); then
+names() {
+    grep -v '^#' "$1" | cut -d' ' -f1 | sort
+}
+if ! diff <(names "$file") <(names target/counts.txt); then
     echo "The benches are not those of $file. $advice" >&2
     exit 1
 fi
 base=$file
 if ! diff -q <(grep '^#' "$file") <(grep '^#' target/counts.txt) >/dev/null; then
-    [ "$(git rev-parse --is-shallow-repository)" = false ] || { echo "The whole history is needed: git fetch --unshallow" >&2; exit 1; }
+    [ "$(git rev-parse --is-shallow-repository)" = false ] ||
+        { echo "$file was measured elsewhere; the whole history is needed: git fetch --unshallow" >&2; exit 1; }
     commit=$(git log -1 --format=%H -- "$file")
     [ -n "$commit" ] || { echo "$file is not committed" >&2; exit 1; }
     echo "$file was measured elsewhere, so commit $commit is measured too."
