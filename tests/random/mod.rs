@@ -13,10 +13,11 @@
 
 pub(crate) mod basic;
 mod ratchet;
+pub(crate) mod views;
 
 use std::cell::RefCell;
 
-use proptest::strategy::Strategy;
+pub(crate) use proptest::prelude::{Strategy, any, prop};
 use proptest::test_runner::{Config, FileFailurePersistence, RngSeed, TestError, TestRunner};
 pub(crate) use ratchet::Ratchet;
 
@@ -49,7 +50,7 @@ pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: 
         cases: cases.checked_mul(multiplier()).expect("SHADOW_WARP_CASES is too large"),
         rng_seed: RngSeed::Fixed(hash.wrapping_add(variable("SHADOW_WARP_SEED"))),
         failure_persistence: Some(Box::new(FileFailurePersistence::Direct(file))),
-        source_file: Some(file),
+        source_file: Some(file!()),
         max_global_rejects: u32::MAX,
         max_local_rejects: 1 << 20,
         max_shrink_iters: 4096,
