@@ -12,6 +12,8 @@
 #![allow(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 pub(crate) mod basic;
+pub(crate) mod casters;
+pub(crate) mod cuts;
 mod ratchet;
 pub(crate) mod views;
 
