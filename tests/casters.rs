@@ -109,7 +109,7 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
                 for s in [first, last, first + between * (last - first)] {
                     let caster = (p + job.to_light * s).clamp(space.low, space.high);
                     assert!(!casters.is_empty(), "a caster, but no body");
-                    missed.note(beyond_faces(&casters, caster), 1e-9 * size, caster);
+                    missed.note(beyond_faces(&casters, caster), 4.0 * EPS * size, caster);
                     rays += 1;
                 }
             }
@@ -117,7 +117,7 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
             // Nothing too much: from the casters away from the light, a receiver.
             for p in hull(casters.vertices(), &mixtures) {
                 outside.note(space.beyond(p), 8.0 * EPS * size, p);
-                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), 1e-9 * size, p);
+                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), 16.0 * EPS * size, p);
                 *by_sun.entry(scene.sun).or_default() += 1;
             }
         });
@@ -162,7 +162,7 @@ fn light_overhead_but_for_rounding_reaches_the_top() {
         let map = Fit::new(&view, &light, &casters, &bodies).solve(rule).unwrap();
         // Where the warp begins, the top is highest.
         let clip = map.clip_from_world(ClipSpace::WGPU) * DVec3::new(0.5, 2.0, 0.0).extend(1.0);
-        top.note(clip.z.abs(), 1e-12, light);
+        top.note(clip.z.abs(), 2e-13, light);
     });
     top.finish();
 }

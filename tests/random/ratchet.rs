@@ -34,7 +34,7 @@ impl Ratchet {
     /// Ends the test: prints what was used, and fails where that is too little.
     #[track_caller]
     pub(crate) fn finish(self) {
-        println!("{}: worst {:.2e}, {:.3} of what is allowed", self.what, self.deviation, self.share);
+        println!("{}: worst {:.2e}, {:.2e} of what is allowed", self.what, self.deviation, self.share);
         let idle = is_usual_run() && self.share < Self::LEAST;
         assert!(!idle, "{}: uses {:.1e} of its allowance: narrow it", self.what, self.share);
     }
