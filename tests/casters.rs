@@ -213,7 +213,7 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
             let unit = -1.0 / clip.row(2).truncate().dot(job.to_light);
             // So is the place along the warp, of which w is this many per world unit.
             let slope = clip.row(3).truncate().length();
-            let tolerance = 1e-12 * (1.0 + excess) + 16.0 * EPS * job.size() * (1.0 / unit + slope);
+            let tolerance = 1e-13 * (1.0 + excess) + 4.0 * EPS * job.size() * (1.0 / unit + slope);
             if tolerance > 1e-6 {
                 // A point or a line far off: nothing to measure depths by.
                 vague += 1;
@@ -233,9 +233,12 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
                     *by_place.entry(scene.place).or_default() += 1;
                 }
             } else {
-                // A flat body has been widened about its middle.
+                // A flat body has been widened about its middle: to 2^-20 of its extent, or 2^-50 of its distance.
                 far.note((nearest + farthest - 1.0).abs(), tolerance, excess);
-                thickness.note(unit * (farthest - nearest), 2e-6 * job.size(), excess);
+                let points = job.body.vertices();
+                let diameter = points.iter().flat_map(|a| points.iter().map(|b| a.distance(*b))).fold(0.0, f64::max);
+                let distance = job.size() + scene.view.eye().distance(job.body.origin());
+                thickness.note(unit, diameter / f64::from(1 << 20) + 4.0 * EPS * distance, excess);
                 widened += 1;
             }
         });
