@@ -25,12 +25,14 @@ pub(crate) use ratchet::Ratchet;
 
 fn variable(name: &str) -> u64 {
     let value = std::env::var(name).map_or(Ok(1), |text| text.parse());
-    value.ok().filter(|value| *value > 0).unwrap_or_else(|| panic!("{name} must be a positive whole number"))
+    value.unwrap_or_else(|_| panic!("{name} must be a whole number"))
 }
 
 /// How many times the usual number of cases is to be run.
 pub(crate) fn multiplier() -> u32 {
-    u32::try_from(variable("SHADOW_WARP_CASES")).expect("SHADOW_WARP_CASES is too large")
+    let cases = u32::try_from(variable("SHADOW_WARP_CASES")).expect("SHADOW_WARP_CASES is too large");
+    assert!(cases > 0, "SHADOW_WARP_CASES must be positive");
+    cases
 }
 
 /// Whether this is the run that ratchets were set for: the usual cases of the usual seed.
@@ -65,7 +67,7 @@ pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: 
     });
     match run {
         Ok(()) => {}
-        Err(TestError::Fail(reason, input)) => panic!("{name}: {reason}\nsmallest input that fails: {input:#?}"),
+        Err(TestError::Fail(reason, input)) => panic!("{name}: {reason}\nsmallest input that fails: {input:?}"),
         Err(TestError::Abort(reason)) => panic!("{name}: {reason}"),
     }
 }
