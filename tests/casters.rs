@@ -138,9 +138,6 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
         assert!(by_sun[&sun] > cases, "{sun:?}: {} points", by_sun[&sun]);
     }
     assert!(rays > 10 * cases && greatest.0 >= 20, "{rays} {greatest:?}");
-    for ratchet in [convexity, outside, missed, surplus] {
-        ratchet.finish();
-    }
 }
 
 /// Light that is overhead but for the rounding of its direction: the ray from a receiver at the side of the casters'
@@ -164,7 +161,6 @@ fn light_overhead_but_for_rounding_reaches_the_top() {
         let clip = map.clip_from_world(ClipSpace::WGPU) * DVec3::new(0.5, 2.0, 0.0).extend(1.0);
         top.note(clip.z.abs(), 2e-13, light);
     });
-    top.finish();
 }
 
 /// The least depth of the casters and the receivers is 0: nothing is clipped, and no depth is given away.
@@ -247,8 +243,5 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
     assert!(10 * vague < attained && 10 * lines < attained && 3 * higher > attained && 200 * widened > attained);
     for place in [Place::Around, Place::Same, Place::Partly, Place::Above, Place::Flat] {
         assert!(50 * by_place[&place] > attained, "{place:?}: {} cases with casters above", by_place[&place]);
-    }
-    for ratchet in [near, far, thickness] {
-        ratchet.finish();
     }
 }

@@ -25,8 +25,8 @@ const ALL: [ClipSpace; 9] = [
     ClipSpace::OPENGL.reversed(),
 ];
 
-/// Of coordinates of at most 1: two roundings.
-const ROUNDING: f64 = 2.0 * f64::EPSILON;
+/// Of coordinates of at most 1: one rounding.
+const ROUNDING: f64 = f64::EPSILON;
 
 /// A camera along z sees all of a box; the light stands above it. Right in the picture is -x: the world is
 /// right-handed.

@@ -80,9 +80,6 @@ fn sequences_of_cuts_stay_closed_and_exact() {
     println!("{done} cuts, {emptied} emptied, {flat} flat, {greatest:?}");
     assert!(100 * emptied > done && 20 * flat > done && 2 * flat < done, "{emptied} emptied, {flat} of {done} flat");
     assert!(greatest.0 >= 24, "{greatest:?}");
-    for ratchet in [convexity, beyond, volume] {
-        ratchet.finish();
-    }
 }
 
 /// A face of many corners, and planes that differ from it by less than their rounding: its corners' signs are noise,
@@ -118,8 +115,6 @@ fn a_cut_by_noise_stays_closed() {
     });
     println!("{cut} cut, {unchanged} unchanged");
     assert!(10 * cut > unchanged && 10 * unchanged > cut, "{cut} cuts, {unchanged} without effect");
-    convexity.finish();
-    taken.finish();
 }
 
 /// A flat body, and planes square to it through two of its corners: of each corner's copies rounding removes one and
@@ -154,7 +149,6 @@ fn a_flat_body_is_cut_through_its_corners() {
     });
     println!("{cut} cuts of {cases} bodies");
     assert!(cut > cases, "{cut} cuts of {cases} bodies");
-    beyond.finish();
 }
 
 /// A plane that cuts off corner `v` of the box from -1 to 1, and nothing else.
@@ -211,7 +205,6 @@ fn cameras_reach_the_capacity() {
     });
     println!("{reached} of {cases} at the capacity");
     assert!(20 * reached > cases, "{reached} of {cases} reach 20 vertices");
-    volume.finish();
 }
 
 #[test]
