@@ -35,17 +35,17 @@ fn matrix(map: &ShadowMap, origin: DVec3) -> DMat4 {
     map.clip_from_world_at(origin, ClipSpace::WGPU)
 }
 
-/// What rounding does to places in the map.
+/// The rounding of places in the map.
 const SIDES: f64 = 4.0 * f64::EPSILON;
 
 /// The receivers reach all four sides and the far plane, and no caster is lost.
 fn fills(scene: &Scene, map: &ShadowMap) {
-    assert_abs_diff_eq!(unfilled(scene, map), 0.0, epsilon = SIDES);
+    assert!(unfilled(scene, map) <= SIDES, "{:e}", unfilled(scene, map));
 }
 
 /// No receiver and no caster is outside.
 fn inside(scene: &Scene, map: &ShadowMap) {
-    assert_abs_diff_eq!(outside(scene, map), 0.0, epsilon = SIDES);
+    assert!(outside(scene, map) <= SIDES, "{:e}", outside(scene, map));
 }
 
 /// How far the receivers are from reaching all four sides and the far plane, and receivers and casters beyond the map.
@@ -58,11 +58,10 @@ fn unfilled(scene: &Scene, map: &ShadowMap) -> f64 {
 
 /// How far receivers and casters are outside: infinite for what has no place.
 fn outside(scene: &Scene, map: &ShadowMap) -> f64 {
-    let receivers = scene.receivers(map.origin()).into_iter().map(|q| ndc(map, q));
-    let casters = scene.caster_points(map.origin()).into_iter().map(|q| -ndc(map, q).z);
-    let beyond = receivers.map(|p| {
-        if p.is_finite() { (p.truncate().abs().max_element() - 1.0).max(-p.z).max(p.z - 1.0) } else { f64::INFINITY }
-    });
+    let place = |q: DVec3| Some(ndc(map, q)).filter(|p| p.is_finite()).unwrap_or(DVec3::NEG_INFINITY);
+    let casters = scene.caster_points(map.origin()).into_iter().map(|q| -place(q).z);
+    let receivers = scene.receivers(map.origin()).into_iter().map(place);
+    let beyond = receivers.map(|p| (p.truncate().abs().max_element() - 1.0).max(-p.z).max(p.z - 1.0));
     beyond.chain(casters).fold(0.0, f64::max)
 }
 
@@ -205,10 +204,9 @@ fn flat_line_and_point_boxes() {
             for axes in [Axes::View, Axes::LightFixed] {
                 scene.axes = axes;
                 let map = solve(&scene, Rule::LISPSM);
-                assert!(matrix(&map, EYE).is_finite());
                 inside(&scene, &map);
-                let middle = project(matrix(&map, centre) * DVec3::ZERO.extend(1.0));
                 if half == DVec3::ZERO {
+                    let middle = project(matrix(&map, centre) * DVec3::ZERO.extend(1.0));
                     assert_abs_diff_eq!(middle.truncate(), DVec2::ZERO);
                 }
             }
@@ -230,7 +228,7 @@ fn points_far_from_their_origin() {
     let mut scene =
         Scene::new(camera(point - DVec3::X, DVec3::X, 0.5..10.0), DVec3::new(1.0, 2.0, 0.5), &[bounds], bounds);
     scene.bodies = vec![Body::from_box(&bounds, DVec3::ZERO).unwrap()];
-    assert!(matrix(&solve(&scene, Rule::LISPSM), point).is_finite());
+    inside(&scene, &solve(&scene, Rule::LISPSM));
     assert!(scene.fit().linear_depth(point).unwrap().is_finite());
 }
 
@@ -364,9 +362,7 @@ fn casters_without_width() {
         let above = DVec3::new(5.0 + 2.0 * x, 5.0, 5.0 + 2.0 * z);
         let foot = above + to_light * (10.0 + 5.0 * height);
         for half in [DVec3::ZERO, DVec3::Y, DVec3::X, DVec3::new(0.5, 0.0, 0.5)] {
-            let casters = box_about(foot, half);
-            let scene = Scene::new(view, to_light, &[ground], casters);
-            let map = solve(&scene, Rule::LISPSM);
+            let map = solve(&Scene::new(view, to_light, &[ground], box_about(foot, half)), Rule::LISPSM);
             let p = project(matrix(&map, foot) * DVec3::ZERO.extend(1.0));
             assert!(p.x.abs() < 1.0 && p.y.abs() < 1.0 && p.z >= -4.0 * f64::EPSILON, "{half}: {p}");
         }
