@@ -9,10 +9,10 @@ pub(crate) fn unit() -> impl Strategy<Value = f64> + Clone {
     (0.0..1.0, 0..16_u8).prop_map(|(rest, sixteenths)| (f64::from(sixteenths) + rest) / 16.0)
 }
 
-/// With an even spread of orders of magnitude; shrinks to `low`.
+/// With an even spread of orders of magnitude; shrinks to 1, or to the end that is nearest to it.
 pub(crate) fn log_between(low: f64, high: f64) -> impl Strategy<Value = f64> + Clone {
     assert!(0.0 < low && low < high);
-    unit().prop_map(move |t| (low.ln() + (high.ln() - low.ln()) * t).exp().clamp(low, high))
+    (low.ln()..high.ln()).prop_map(move |x| x.exp().clamp(low, high))
 }
 
 /// From -1 to 1; shrinks to 0.

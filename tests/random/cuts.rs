@@ -105,11 +105,12 @@ pub(crate) fn cuts(kind: Kind) -> impl Strategy<Value = Vec<Cut>> {
 
 /// A box of any size, flat in one case of five, and an origin in it.
 pub(crate) fn any_box() -> impl Strategy<Value = (Bounds, DVec3)> {
-    let scale = prop_oneof![log_between(1.0, 1e7), log_between(1.0, 1e6).prop_map(f64::recip)];
     let flat = prop::bool::weighted(0.07);
-    (scale, shares(), [flat, flat, flat], inside(1.0), shares()).prop_map(|(scale, less, flat, low, origin)| {
-        let extent = (1.0 - 0.9 * less) * scale * DVec3::from(flat.map(|flat| if flat { 0.0 } else { 1.0 }));
-        let low = low * extent;
-        (Bounds::new(low, low + extent).expect("an ordered box"), low + extent * origin)
-    })
+    (log_between(1e-6, 1e7), shares(), [flat, flat, flat], inside(1.0), shares()).prop_map(
+        |(scale, less, flat, low, origin)| {
+            let extent = (1.0 - 0.9 * less) * scale * DVec3::from(flat.map(|flat| if flat { 0.0 } else { 1.0 }));
+            let low = low * extent;
+            (Bounds::new(low, low + extent).expect("an ordered box"), low + extent * origin)
+        },
+    )
 }
