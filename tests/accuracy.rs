@@ -190,7 +190,7 @@ fn matrices_are_as_accurate_as_they_say() {
         let size = [DVec3::X, DVec3::Y, DVec3::Z].map(|a| extent(points.iter().map(|p| a.dot(*p)))).map(|[l, h]| h - l);
         let distance = 1.0 + case.scene.view.eye().distance(map.origin()) / size.into_iter().fold(0.0, f64::max);
         let places = [
-            (map.origin(), "probes", 1e-14 * map.warp().ratio()),
+            (map.origin(), "probes", 4e-15 * map.warp().ratio()),
             (case.scene.view.eye(), "probes_from_eye", 2e-15 * map.warp().ratio() * distance),
         ];
         for (place, (origin, probes, allowed)) in places.into_iter().enumerate() {

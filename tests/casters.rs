@@ -117,7 +117,7 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
             // Nothing too much: from the casters away from the light, a receiver.
             for p in hull(casters.vertices(), &mixtures) {
                 outside.note(space.beyond(p), 8.0 * EPS * size, p);
-                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), 16.0 * EPS * size, p);
+                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), 10.0 * EPS * size, p);
                 *by_sun.entry(scene.sun).or_default() += 1;
             }
         });
@@ -129,7 +129,7 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
         match place {
             Place::Around | Place::Same => assert!(3 * full > 2 * total, "{place:?}: {full} of {total}"),
             Place::Below => assert!(2 * empty > total, "{place:?}: {empty} empty of {total}"),
-            _ => assert!(8 * full > total, "{place:?}: {full} of {total}"),
+            _ => assert!(20 * full > total, "{place:?}: {full} of {total}"),
         }
         // The rest only: what the camera does not see has no casters.
         assert!(empty > 0, "{place:?}: never empty");
@@ -204,12 +204,13 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
             let nearest = least(&receivers).min(least(&above));
             let farthest = receivers.iter().copied().fold(f64::NEG_INFINITY, f64::max);
 
-            // One unit of depth in world units, where w is 1: heights are known to a rounding of the greatest
-            // coordinate.
+            // One unit of depth in world units, where w is 1: heights are known to some roundings of the greatest
+            // coordinate. So is the place along the warp, of which w is `slope` per world unit; what depth adds to a
+            // height is in proportion to it.
             let unit = -1.0 / clip.row(2).truncate().dot(job.to_light);
-            // So is the place along the warp, of which w is this many per world unit.
             let slope = clip.row(3).truncate().length();
-            let tolerance = 1e-13 * (1.0 + excess) + 4.0 * EPS * job.size() * (1.0 / unit + slope);
+            let roundings = 160.0 * (1.0 + excess) + 24.0 * (job.size() / unit) * (1.0 + slope * job.size());
+            let tolerance = EPS * roundings;
             if tolerance > 1e-6 {
                 // A point or a line far off: nothing to measure depths by.
                 vague += 1;
@@ -240,7 +241,7 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
         });
     }
     println!("{attained} attained, {widened} widened, {higher} above, {vague} vague, {lines} lines: {by_place:?}");
-    assert!(10 * vague < attained && 10 * lines < attained && 3 * higher > attained && 200 * widened > attained);
+    assert!(5 * vague < attained && 10 * lines < attained && 3 * higher > attained && 200 * widened > attained);
     for place in [Place::Around, Place::Same, Place::Partly, Place::Above, Place::Flat] {
         assert!(50 * by_place[&place] > attained, "{place:?}: {} cases with casters above", by_place[&place]);
     }
