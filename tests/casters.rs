@@ -5,6 +5,7 @@
 mod oracle;
 mod random;
 
+use core::iter::repeat;
 use std::collections::HashMap;
 
 use oracle::{EPS, HalfSpaces, assert_closed};
@@ -78,6 +79,15 @@ fn in_box(space: &HalfSpaces, p: DVec3, direction: DVec3) -> Option<[f64; 2]> {
     (first <= last).then_some([first, last])
 }
 
+/// How badly the three planes at each vertex meet: the reciprocal of their determinant, up to a million.
+fn ill_conditions(body: &CasterBody) -> Vec<f64> {
+    let mut normals = vec![Vec::new(); body.vertices().len()];
+    for face in body.faces() {
+        face.corners().for_each(|corner| normals[corner].push(face.plane().normal()));
+    }
+    normals.iter().map(|n| 1.0 / n[0].cross(n[1]).dot(n[2]).abs().max(1e-6)).collect()
+}
+
 fn beyond_faces(body: &CasterBody, p: DVec3) -> f64 {
     body.faces().map(|face| face.plane().distance(p)).fold(f64::NEG_INFINITY, f64::max)
 }
@@ -120,9 +130,11 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
             }
 
             // Nothing too much: from the casters away from the light, a receiver.
-            for p in hull(casters.vertices(), &mixtures) {
+            let badly = ill_conditions(&casters);
+            let worst = badly.iter().copied().fold(1.0, f64::max);
+            for (p, badly) in hull(casters.vertices(), &mixtures).zip(badly.into_iter().chain(repeat(worst))) {
                 outside.note(space.beyond(p), 8.0 * EPS * size, p);
-                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), 20.0 * EPS * size, p);
+                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), 8.0 * EPS * size * badly, p);
                 *by_sun.entry(scene.sun).or_default() += 1;
             }
         });
@@ -214,15 +226,18 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
             // height is in proportion to it.
             let unit = (1.0 / clip.row(2).truncate().dot(job.to_light)).abs();
             let slope = clip.row(3).truncate().length();
-            let roundings = 640.0 * (1.0 + excess) + 96.0 * (job.size() / unit) * (1.0 + slope * job.size());
-            let tolerance = EPS * roundings;
+            // A ray reaches a flat box at a place that is known the less, the flatter.
+            let flat = scene.receivers.max().cmpeq(scene.receivers.min());
+            let grazing = DVec3::select(flat, job.to_light.abs(), DVec3::ONE).min_element();
+            let heights = job.size() / unit * (1.0 + slope * job.size()) / grazing;
+            let tolerance = EPS * (320.0 * (1.0 + excess) + 48.0 * heights);
             if tolerance > 1e-6 {
                 // A point or a line far off: nothing to measure depths by.
                 vague += 1;
                 return;
             }
             near.note(-nearest, tolerance, excess);
-            far.note(farthest - 1.0, tolerance, excess);
+            far.note(farthest - 1.0, 0.5 * tolerance, excess);
             if nearest > tolerance && job.turns_no_area() {
                 // The highest caster may be above any point of the line, and the casters' body is cut short: no
                 // witness.
@@ -236,7 +251,7 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
                 }
             } else {
                 // A flat body has been widened about its middle: to 2^-20 of its extent, or 2^-50 of its distance.
-                far.note((nearest + farthest - 1.0).abs(), tolerance, excess);
+                far.note((nearest + farthest - 1.0).abs(), 0.5 * tolerance, excess);
                 let points = job.body.vertices();
                 let diameter = points.iter().flat_map(|a| points.iter().map(|b| a.distance(*b))).fold(0.0, f64::max);
                 let distance = job.size() + scene.view.eye().distance(job.body.origin());
