@@ -5,7 +5,6 @@
 mod oracle;
 mod random;
 
-use core::iter::repeat;
 use std::collections::HashMap;
 
 use oracle::{EPS, HalfSpaces, assert_closed};
@@ -14,7 +13,7 @@ use random::casters::{Place, Scene, Sun, scene};
 use random::views::Class;
 use random::{Ratchet, check, prop};
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Body, Bounds, CasterBody, ClipSpace, Error, Fit, Light, Rule, View, Warp};
+use shadow_warp::{Body, Bounds, CasterBody, ClipSpace, ConvexBody, Error, Fit, Light, Rule, View, Warp};
 
 /// A scene's light and bodies.
 struct Job {
@@ -41,6 +40,20 @@ impl Job {
 
     fn casters_box(&self) -> HalfSpaces {
         HalfSpaces::of_box(&self.scene.casters, self.body.origin())
+    }
+
+    /// Of a flat body, the sine of the angle between it and the light: the less, the less is known of where a ray meets it.
+    fn grazing(&self) -> f64 {
+        if self.body.volume() > 1e-9 * self.receivers.size() * self.receivers.box_area() {
+            return 1.0;
+        }
+        let areas = self.body.faces().map(|face| {
+            face.triangles().map(|[a, b, c]| (b - a).cross(c - a)).sum::<DVec3>().dot(face.plane().normal())
+        });
+        let (_, normal) = areas.zip(self.body.faces()).fold((0.0, self.to_light), |(most, normal), (area, face)| {
+            if area > most { (area, face.plane().normal()) } else { (most, normal) }
+        });
+        normal.dot(self.to_light).abs().max(1e-9)
     }
 
     /// Whether the receivers, seen along the light, are a line or a point.
@@ -79,13 +92,13 @@ fn in_box(space: &HalfSpaces, p: DVec3, direction: DVec3) -> Option<[f64; 2]> {
     (first <= last).then_some([first, last])
 }
 
-/// How badly the three planes at each vertex meet: the reciprocal of their determinant, up to a million.
-fn ill_conditions(body: &CasterBody) -> Vec<f64> {
+/// How badly three planes meet in a vertex at worst: the reciprocal of their determinant, up to a million.
+fn ill_condition<const V: usize, const F: usize>(body: &ConvexBody<V, F>) -> f64 {
     let mut normals = vec![Vec::new(); body.vertices().len()];
     for face in body.faces() {
         face.corners().for_each(|corner| normals[corner].push(face.plane().normal()));
     }
-    normals.iter().map(|n| 1.0 / n[0].cross(n[1]).dot(n[2]).abs().max(1e-6)).collect()
+    normals.iter().map(|n| 1.0 / n[0].cross(n[1]).dot(n[2]).abs().max(1e-6)).fold(1.0, f64::max)
 }
 
 fn beyond_faces(body: &CasterBody, p: DVec3) -> f64 {
@@ -130,11 +143,10 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
             }
 
             // Nothing too much: from the casters away from the light, a receiver.
-            let badly = ill_conditions(&casters);
-            let worst = badly.iter().copied().fold(1.0, f64::max);
-            for (p, badly) in hull(casters.vertices(), &mixtures).zip(badly.into_iter().chain(repeat(worst))) {
+            let allowed = 4.0 * EPS * size * ill_condition(&casters).max(ill_condition(&job.body));
+            for p in hull(casters.vertices(), &mixtures) {
                 outside.note(space.beyond(p), 8.0 * EPS * size, p);
-                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), 8.0 * EPS * size * badly, p);
+                surplus.note(job.receivers.least_beyond_on_ray(p, -job.to_light), allowed, p);
                 *by_sun.entry(scene.sun).or_default() += 1;
             }
         });
@@ -226,10 +238,7 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
             // height is in proportion to it.
             let unit = (1.0 / clip.row(2).truncate().dot(job.to_light)).abs();
             let slope = clip.row(3).truncate().length();
-            // A ray reaches a flat box at a place that is known the less, the flatter.
-            let flat = scene.receivers.max().cmpeq(scene.receivers.min());
-            let grazing = DVec3::select(flat, job.to_light.abs(), DVec3::ONE).min_element();
-            let heights = job.size() / unit * (1.0 + slope * job.size()) / grazing;
+            let heights = job.size() / unit * (1.0 + slope * job.size()) / job.grazing();
             let tolerance = EPS * (320.0 * (1.0 + excess) + 48.0 * heights);
             if tolerance > 1e-6 {
                 // A point or a line far off: nothing to measure depths by.
