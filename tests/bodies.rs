@@ -170,7 +170,7 @@ fn what_a_camera_sees_is_what_brute_force_finds() {
     };
     for class in Class::ALL {
         let mut all = Counts::default();
-        let cases = if class == Class::Realistic { 2000 } else { 300 };
+        let cases = if class == Class::Realistic { 2000 } else { 400 };
         let input = (camera_and_box(class), prop::array::uniform8(direction()), prop::array::uniform6(shares()));
         check(&format!("bodies/{class:?}"), cases, input, |input| {
             let one = seen.check(class, input);

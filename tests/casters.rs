@@ -72,7 +72,7 @@ fn hull<'a>(points: &'a [DVec3], mixtures: &'a [Mixture]) -> impl Iterator<Item 
 
 /// More of the classes that ask most of the numbers.
 fn cases_of(class: Class) -> u32 {
-    if matches!(class, Class::FlatBox | Class::PlaneThroughVertex | Class::PlaneThroughEdge) { 800 } else { 150 }
+    if matches!(class, Class::FlatBox | Class::PlaneThroughVertex | Class::PlaneThroughEdge) { 800 } else { 200 }
 }
 
 /// The part of the ray from `p` that is in the box, as distances along it.

@@ -30,7 +30,7 @@ fn sequences_of_cuts_stay_closed_and_exact() {
     for kind in Kind::ALL {
         let (mut of_kind, mut hits) = (0, 0);
         let input = (any_box(), cuts(kind), prop::array::uniform8(direction()));
-        check(&format!("cuts/{kind:?}"), 60, input, |((bounds, origin), cuts, directions)| {
+        check(&format!("cuts/{kind:?}"), 150, input, |((bounds, origin), cuts, directions)| {
             let mut body = Roomy::from_box(&bounds, origin).unwrap();
             let mut oracle = HalfSpaces::of_box(&bounds, origin);
             let size = oracle.size();
