@@ -190,5 +190,4 @@ fn what_a_camera_sees_is_what_brute_force_finds() {
         }
         assert!(class != Class::Realistic || greatest.0 >= 16, "no case is rich enough: {greatest:?}");
     }
-    let Seen { convexity, beyond, volume, realistic_volume, meaning } = seen;
 }

@@ -246,7 +246,7 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
                 return;
             }
             near.note(-nearest, tolerance, excess);
-            far.note(farthest - 1.0, 0.5 * tolerance, excess);
+            far.note(farthest - 1.0, 0.125 * tolerance, excess);
             if nearest > tolerance && job.turns_no_area() {
                 // The highest caster may be above any point of the line, and the casters' body is cut short: no
                 // witness.
@@ -260,7 +260,7 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
                 }
             } else {
                 // A flat body has been widened about its middle: to 2^-20 of its extent, or 2^-50 of its distance.
-                far.note((nearest + farthest - 1.0).abs(), 0.5 * tolerance, excess);
+                far.note((nearest + farthest - 1.0).abs(), 0.125 * tolerance, excess);
                 let points = job.body.vertices();
                 let diameter = points.iter().flat_map(|a| points.iter().map(|b| a.distance(*b))).fold(0.0, f64::max);
                 let distance = job.size() + scene.view.eye().distance(job.body.origin());

@@ -148,11 +148,11 @@ fn rounded_matrices_lose_what_is_stated() {
         let space = if opengl { ClipSpace::OPENGL } else { ClipSpace::WGPU };
         let [motion, projection] = [motion(&view, -1.0), projection(&view, space, -1.0, 1.0)];
         let read = View::from_matrices(motion, projection.as_mat4().as_dmat4(), space).unwrap();
-        far.note((read.far() / view.far() - 1.0).abs(), 0.065, &view);
-        near.note((read.near() / view.near() - 1.0).abs(), 4.0 * f64::from(f32::EPSILON), &view);
+        far.note((read.far() / view.far() - 1.0).abs(), 0.065, view);
+        near.note((read.near() / view.near() - 1.0).abs(), 4.0 * f64::from(f32::EPSILON), view);
         let read = View::from_matrices(motion.as_mat4().as_dmat4(), projection, space).unwrap();
         let rounding = f64::from(f32::EPSILON) * view.eye().length();
-        eye.note(read.eye().distance(view.eye()), rounding, &view);
+        eye.note(read.eye().distance(view.eye()), rounding, view);
     });
     // Beyond what f32 can tell, the far plane is read as infinitely far; reversed depth goes further.
     let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0, 1.0, 0.1..1e8).unwrap();

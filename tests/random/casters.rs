@@ -92,7 +92,7 @@ fn choices() -> impl Strategy<Value = Choices> {
 }
 
 impl Choices {
-    fn to_light(&self, sun: Sun, view: &View) -> DVec3 {
+    fn to_light(self, sun: Sun, view: &View) -> DVec3 {
         let octant = corner(DVec3::ONE, DVec3::NEG_ONE, self.octant);
         match sun {
             Sun::AlongAxis => self.axis,
