@@ -2,9 +2,11 @@
 
 #![expect(clippy::unwrap_used, reason = "a camera that cannot be built is a broken test")]
 
-mod scenes;
+mod random;
 
-use scenes::random::Random;
+use approx::assert_relative_eq;
+use random::basic::{direction, inside, log_between, signed};
+use random::{Ratchet, Strategy, check, prop};
 use shadow_warp::glam::{DMat4, DVec3, DVec4};
 use shadow_warp::{ClipSpace, DepthRange, Lens, Plane, Sides, View};
 
@@ -65,25 +67,34 @@ fn projection(view: &View, space: ClipSpace, sense: f64, scale: f64) -> DMat4 {
     DMat4::from_cols(x, y, z, w).transpose()
 }
 
-/// A camera of any kind: number `kind` of eight.
-fn camera(random: &mut Random, kind: usize) -> View {
-    let forward = random.direction();
-    let eye = random.inside(1e3);
-    let near = random.log_between(1e-2, 10.0);
-    let far = if kind & 1 == 0 { near * random.log_between(1.5, 1e5) } else { f64::INFINITY };
-    let mut sides = Sides::centred(random.log_between(0.1, 3.0), random.log_between(0.1, 3.0));
-    if kind & 2 != 0 {
-        let aside = random.between(-1.0, 1.0);
-        sides = Sides { left: sides.left + aside, right: sides.right + aside, top: sides.top + 0.3, ..sides };
-    }
-    let view = if random.below(4) == 0 {
-        // No matrix can have an infinite extent without perspective.
-        View::orthographic(eye, forward, random.direction(), sides, -near..near * 30.0)
-    } else {
-        View::perspective_off_centre(eye, forward, random.direction(), sides, near..far)
-    };
-    let view = view.unwrap();
-    if kind & 4 == 0 { view } else { view.mirrored() }
+/// A kind of camera.
+#[derive(Clone, Copy, Debug)]
+struct Kind {
+    is_perspective: bool,
+    is_infinite: bool,
+    is_centred: bool,
+    is_mirrored: bool,
+}
+
+/// A camera of a kind: near 1 and far 1.5 at the origin, looking along x, where it is simplest.
+fn camera(kind: Kind) -> impl Strategy<Value = View> {
+    let lens = (log_between(0.1, 3.0), log_between(0.1, 3.0), signed());
+    let pieces = (inside(1e3), direction(), direction(), lens, log_between(0.01, 10.0), log_between(1.5, 1e5));
+    pieces.prop_filter_map("up along forward", move |(eye, forward, up, (width, height, aside), near, depth)| {
+        let mut sides = Sides::centred(width, height);
+        if !kind.is_centred {
+            sides = Sides { left: sides.left + aside, right: sides.right + aside, top: sides.top + 0.3, ..sides };
+        }
+        let up = if up.cross(forward).length() > 1e-3 { up } else { forward.any_orthonormal_vector() };
+        let far = if kind.is_infinite { f64::INFINITY } else { near * depth };
+        let view = if kind.is_perspective {
+            View::perspective_off_centre(eye, forward, up, sides, near..far)
+        } else {
+            View::orthographic(eye, forward, up, sides, -near..near * 30.0)
+        };
+        let view = view.ok()?;
+        Some(if kind.is_mirrored { view.mirrored() } else { view })
+    })
 }
 
 /// How far two planes are apart, relative to the size of their offsets.
@@ -94,66 +105,63 @@ fn apart(a: &Plane, b: &Plane) -> f64 {
 
 #[test]
 fn round_trip() {
-    let (mut worst_plane, mut worst_far, mut worst_eye) = (0.0_f64, 0.0_f64, 0.0_f64);
-    let mut orthographic = 0;
-    for case in 0..4000 {
-        let mut random = Random::new(case);
-        let view = camera(&mut random, case as usize % 8);
-        let space = SPACES[case as usize / 8 % SPACES.len()];
-        let sense = if random.below(2) == 0 { 1.0 } else { -1.0 };
-        let scale = [1.0, 0.125, 3.0][random.below(3)];
-        let read = View::from_matrices(motion(&view, sense), projection(&view, space, sense, scale), space).unwrap();
-
-        assert_eq!(read.is_perspective(), view.is_perspective());
-        assert!(read.right().dot(view.right()) > 0.0, "{case}: the picture is mirrored");
-        assert_eq!(read.planes().len(), view.planes().len(), "{case} {:?} {:?}", view.far(), read.far());
-        worst_eye = worst_eye.max(read.eye().distance(view.eye()));
-        // The far plane is the only one that loses more than rounding.
-        let far_rounding = if view.far() == f64::INFINITY { 0.0 } else { view.far() / view.near().abs() };
-        for (a, b) in read.planes().iter().zip(view.planes()) {
-            let is_far = b.normal() == view.forward();
-            let apart = apart(a, b) / if is_far { 1.0 + far_rounding } else { 1.0 };
-            *(if is_far { &mut worst_far } else { &mut worst_plane }) =
-                apart.max(if is_far { worst_far } else { worst_plane });
-        }
-        worst_plane = worst_plane.max((read.near() - view.near()).abs() / view.near().abs());
-        orthographic += u32::from(!view.is_perspective());
+    let mut near = Ratchet::new("near distance");
+    let mut plane = Ratchet::new("planes");
+    let mut far_plane = Ratchet::new("far plane, per far/near");
+    let mut eye = Ratchet::new("eye, in roundings of its distance");
+    for number in 0..12 {
+        // No matrix can have an infinite extent without perspective.
+        let (is_perspective, is_infinite) = (number < 8, number / 4 == 1);
+        let kind = Kind { is_perspective, is_infinite, is_centred: number & 1 == 0, is_mirrored: number & 2 != 0 };
+        let conventions = (prop::sample::select(&SPACES[..]), prop::sample::select(vec![1.0, -1.0]));
+        let input = (camera(kind), conventions, prop::sample::select(vec![1.0, 0.125, 3.0]));
+        check(&format!("from-matrices/{number}"), 200, input, |(view, (space, sense), scale)| {
+            let matrices = (motion(&view, sense), projection(&view, space, sense, scale));
+            let read = View::from_matrices(matrices.0, matrices.1, space).unwrap();
+            assert_eq!(read.is_perspective(), kind.is_perspective);
+            assert!(read.right().dot(view.right()) > 0.0, "the picture is mirrored");
+            assert_eq!(read.planes().len(), view.planes().len(), "{} {}", view.far(), read.far());
+            eye.note(read.eye().distance(view.eye()), 8.0 * f64::EPSILON * (1.0 + view.eye().length()), kind);
+            near.note((read.near() - view.near()).abs(), 4e-15 * view.near().abs(), kind);
+            // The far plane is the only one that loses more than rounding.
+            for (a, b) in read.planes().iter().zip(view.planes()) {
+                if b.normal() == view.forward() {
+                    far_plane.note(apart(a, b), 1e-15 * (1.0 + view.far() / view.near().abs()), kind);
+                } else {
+                    plane.note(apart(a, b), 5e-15, kind);
+                }
+            }
+        });
     }
-    println!("planes {worst_plane:e}, far plane {worst_far:e} far/near, eye {worst_eye:e}");
-    assert!(worst_plane < 1e-14, "{worst_plane:e}");
-    assert!(worst_far < 2e-15, "{worst_far:e}");
-    assert!(worst_eye < 2e-12, "{worst_eye:e}");
-    assert!(orthographic > 800);
 }
 
 /// What a matrix of f32 loses is as stated: some 6 % of a far distance of 1e6 times the near one, and of the eye one
 /// rounding of its distance to the origin.
 #[test]
 fn rounded_matrices_lose_what_is_stated() {
-    let (mut far_lost, mut eye_lost) = (0.0_f64, 0.0_f64);
-    for case in 0..500 {
-        let mut random = Random::new(case);
-        let (near, eye) = (random.log_between(0.01, 10.0), random.inside(1e7));
-        let view = View::perspective(eye, random.direction(), random.direction(), 1.0, 1.5, near..near * 1e6).unwrap();
-        let space = [ClipSpace::WGPU, ClipSpace::OPENGL][case as usize % 2];
+    let mut near = Ratchet::new("near distance");
+    let mut far = Ratchet::new("far distance");
+    let mut eye = Ratchet::new("eye, in roundings of its distance");
+    let input = (log_between(0.01, 10.0), inside(1e7), direction(), direction(), prop::bool::ANY);
+    check("from-matrices/f32", 500, input, |(n, place, forward, up, opengl)| {
+        let Ok(view) = View::perspective(place, forward, up, 1.0, 1.5, n..n * 1e6) else { return };
+        let space = if opengl { ClipSpace::OPENGL } else { ClipSpace::WGPU };
         let [motion, projection] = [motion(&view, -1.0), projection(&view, space, -1.0, 1.0)];
         let read = View::from_matrices(motion, projection.as_mat4().as_dmat4(), space).unwrap();
-        far_lost = far_lost.max((read.far() / view.far() - 1.0).abs());
-        assert!((read.near() / view.near() - 1.0).abs() < 1e-6);
+        far.note((read.far() / view.far() - 1.0).abs(), 0.065, view);
+        near.note((read.near() / view.near() - 1.0).abs(), 4.0 * f64::from(f32::EPSILON), view);
         let read = View::from_matrices(motion.as_mat4().as_dmat4(), projection, space).unwrap();
-        eye_lost = eye_lost.max((read.eye() - view.eye()).abs().max_element());
-    }
-    println!("far {far_lost}, eye {eye_lost}");
-    assert!((0.02..0.065).contains(&far_lost), "{far_lost}");
-    assert!((0.2..3.0).contains(&eye_lost), "{eye_lost}");
+        let rounding = f64::from(f32::EPSILON) * view.eye().length();
+        eye.note(read.eye().distance(view.eye()), rounding, view);
+    });
     // Beyond what f32 can tell, the far plane is read as infinitely far; reversed depth goes further.
     let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0, 1.0, 0.1..1e8).unwrap();
-    for (space, far) in [(ClipSpace::WGPU, f64::INFINITY), (ClipSpace::WGPU.reversed(), 1e8)] {
+    let read = |space| {
         let projection = projection(&view, space, 1.0, 1.0).as_mat4().as_dmat4();
-        let read = View::from_matrices(motion(&view, 1.0), projection, space).unwrap();
-        // The reciprocal is 0 for infinity.
-        assert!((far.recip() - read.far().recip()).abs() < 1e-14, "{} {far}", read.far());
-    }
+        View::from_matrices(motion(&view, 1.0), projection, space).unwrap().far()
+    };
+    assert!(read(ClipSpace::WGPU).is_infinite());
+    assert_relative_eq!(read(ClipSpace::WGPU.reversed()), 1e8, max_relative = f64::from(f32::EPSILON));
 }
 
 /// Matrices as they are printed in the interfaces' own documents, entry by entry.

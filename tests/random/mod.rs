@@ -12,22 +12,27 @@
 #![allow(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 pub(crate) mod basic;
+pub(crate) mod casters;
+pub(crate) mod cuts;
 mod ratchet;
+pub(crate) mod views;
 
 use std::cell::RefCell;
 
-use proptest::strategy::Strategy;
+pub(crate) use proptest::prelude::{Strategy, any, prop};
 use proptest::test_runner::{Config, FileFailurePersistence, RngSeed, TestError, TestRunner};
 pub(crate) use ratchet::Ratchet;
 
 fn variable(name: &str) -> u64 {
     let value = std::env::var(name).map_or(Ok(1), |text| text.parse());
-    value.ok().filter(|value| *value > 0).unwrap_or_else(|| panic!("{name} must be a positive whole number"))
+    value.unwrap_or_else(|_| panic!("{name} must be a whole number"))
 }
 
 /// How many times the usual number of cases is to be run.
 pub(crate) fn multiplier() -> u32 {
-    u32::try_from(variable("SHADOW_WARP_CASES")).expect("SHADOW_WARP_CASES is too large")
+    let cases = u32::try_from(variable("SHADOW_WARP_CASES")).expect("SHADOW_WARP_CASES is too large");
+    assert!(cases > 0, "SHADOW_WARP_CASES must be positive");
+    cases
 }
 
 /// Whether this is the run that ratchets were set for: the usual cases of the usual seed.
@@ -49,7 +54,7 @@ pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: 
         cases: cases.checked_mul(multiplier()).expect("SHADOW_WARP_CASES is too large"),
         rng_seed: RngSeed::Fixed(hash.wrapping_add(variable("SHADOW_WARP_SEED"))),
         failure_persistence: Some(Box::new(FileFailurePersistence::Direct(file))),
-        source_file: Some(file),
+        source_file: Some(file!()),
         max_global_rejects: u32::MAX,
         max_local_rejects: 1 << 20,
         max_shrink_iters: 4096,
@@ -62,7 +67,7 @@ pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: 
     });
     match run {
         Ok(()) => {}
-        Err(TestError::Fail(reason, input)) => panic!("{name}: {reason}\nsmallest input that fails: {input:#?}"),
+        Err(TestError::Fail(reason, input)) => panic!("{name}: {reason}\nsmallest input that fails: {input:?}"),
         Err(TestError::Abort(reason)) => panic!("{name}: {reason}"),
     }
 }
