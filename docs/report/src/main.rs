@@ -5,6 +5,7 @@ mod mean;
 mod measure;
 mod page;
 mod picture;
+mod place;
 mod plot;
 mod rendered;
 mod survey;

@@ -153,7 +153,7 @@ fn facts(job: &Job, report: &Report) -> Markup {
                     "; near " (plain(view.near())) ", far " (plain(view.far()))
                 } }
                 tr { th { "Light" } td { (light) } }
-                tr { th { "Receivers" } td { (cuboid(&job.receivers)) } }
+                @for receivers in &job.receivers { tr { th { "Receivers" } td { (cuboid(receivers)) } } }
                 tr { th { "Casters" } td { (cuboid(&job.casters)) } }
                 tr { th { "Sizes" } td { "map " (map_x) " x " (map_y) " texels, picture " (width) " x " (height) " pixels" } }
                 @for note in &report.notes { tr { th { "Note" } td { (note) } } }
