@@ -8,6 +8,7 @@ mod scene;
 mod sight;
 mod solid;
 mod technique;
+mod text;
 
 pub use echo::echo;
 pub use gltf_scene::GltfScene;

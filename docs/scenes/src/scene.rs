@@ -7,6 +7,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use shadow_warp::{Axes, NearDepth};
 
 use crate::echo::of_serde;
+use crate::text::text;
 
 /// A camera, a light, bounds and sizes: the input file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
@@ -255,9 +256,9 @@ impl Scene {
     /// Reads JSON. A byte-order mark is skipped.
     ///
     /// # Errors
-    /// Names the field that is missing, unknown or of another type.
-    pub fn parse(text: &str) -> Result<Self> {
-        let json = &mut serde_json::Deserializer::from_str(text.strip_prefix('\u{feff}').unwrap_or(text));
+    /// Names the field that is missing, unknown or of another type. The text must be UTF-8.
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
+        let json = &mut serde_json::Deserializer::from_str(text(bytes)?);
         let named = |path: &str, error: &serde_json::Error| anyhow!("{}", of_serde(path, &error.to_string()));
         let scene = serde_path_to_error::deserialize(&mut *json)
             .map_err(|error| named(&error.path().to_string(), error.inner()))?;

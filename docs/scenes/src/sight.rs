@@ -6,7 +6,7 @@ use shadow_warp::glam::{DMat3, DVec2, DVec3};
 
 /// Pixels of the picture, and texels of the shadow map that it is lit through.
 const PICTURE: [usize; 2] = [96, 54];
-const MAP: [usize; 2] = [256, 256];
+const MAP: [usize; 2] = [512, 512];
 /// Steps of brightness that are told apart.
 const STEPS: f64 = 24.0;
 const AMBIENT: f64 = 0.35;
@@ -28,7 +28,7 @@ pub(crate) struct Pinhole {
 pub(crate) struct Sight<'a> {
     triangles: &'a [[DVec3; 3]],
     to_light: DVec3,
-    /// Rows that give a place in the shadow map, from -1 to 1, and the height towards the light.
+    /// Across the light: the axes of the shadow map, which is about the middle and as large as half to each side.
     across: [DVec3; 2],
     middle: DVec3,
     half: f64,
@@ -147,18 +147,39 @@ impl<'a> Sight<'a> {
         let [a, b, c] = self.triangles[triangle];
         let normal = (b - a).cross(c - a).normalize();
         let facing = -normal.dot(ray).signum() * normal.dot(self.to_light);
-        let q = point - self.middle;
+        let place = self.places(point - self.middle);
         let texel = [0, 1].map(|axis| {
-            let share = 0.5 * (self.across[axis].dot(q) / self.half + 1.0);
+            let share = 0.5 * (place[axis] / self.half + 1.0);
             (share * MAP[axis] as f64).clamp(0.0, MAP[axis] as f64 - 1.0) as usize
         });
-        let highest = self.shadows.nearest[texel[1] * MAP[0] + texel[0]].map_or(f64::NEG_INFINITY, |(_, height)| height);
-        // Two texels away the surface itself is this much higher.
-        let slope = (1.0 - facing * facing).max(0.0).sqrt() / facing.abs().max(0.1);
-        let bias = 4.0 * self.half / MAP[0] as f64 * (1.0 + slope);
-        let lit = highest <= self.to_light.dot(q) + bias;
+        let first = self.shadows.nearest[texel[1] * MAP[0] + texel[0]].map_or(triangle, |(first, _)| first);
+        // Where the plane of what is nearest to the light lies above the point. Of a neighbour's plane that may be as much as
+        // it is inclined to this one, times a texel and a half; of a parallel one it is exact.
+        let [other, own] = [first, triangle].map(|i| self.plane(i));
+        let above = self.to_light.dot(other.point - point) + other.slope.dot(self.places(point - other.point));
+        let texel_size = 2.0 * self.half / MAP[0] as f64;
+        let lit = first == triangle || above <= 1.5 * texel_size * (other.slope - own.slope).length() + 1e-9 * self.half;
         AMBIENT + if lit { (1.0 - AMBIENT) * facing.max(0.0) } else { 0.0 }
     }
+
+    /// A direction in the plane across the light.
+    fn places(&self, q: DVec3) -> DVec2 {
+        DVec2::new(self.across[0].dot(q), self.across[1].dot(q))
+    }
+
+    /// The plane of a triangle as the light sees it. Where it is along the light its slope is no number, or infinite, and
+    /// nothing lies above it.
+    fn plane(&self, triangle: usize) -> Plane {
+        let [a, b, c] = self.triangles[triangle];
+        let normal = (b - a).cross(c - a);
+        Plane { point: a, slope: -self.places(normal) / normal.dot(self.to_light) }
+    }
+}
+
+/// A point, and how the height towards the light changes across the light.
+struct Plane {
+    point: DVec3,
+    slope: DVec2,
 }
 
 #[cfg(test)]

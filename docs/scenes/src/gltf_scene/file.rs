@@ -8,6 +8,7 @@ use gltf::json::validation::{Checked, Error, Validate};
 use gltf::json::{Root, Value};
 
 use crate::echo::{echo, of_serde};
+use crate::text::text;
 
 /// A file that has been read, but for its buffers.
 pub(super) struct File {
@@ -80,10 +81,8 @@ fn split(bytes: &[u8]) -> Result<(Vec<u8>, Option<Vec<u8>>)> {
 }
 
 fn parse(bytes: &[u8]) -> Result<Value> {
-    let is_utf16 = bytes.starts_with(&[0xff, 0xfe]) || bytes.starts_with(&[0xfe, 0xff]);
-    ensure!(!is_utf16, "the file must be UTF-8, and is UTF-16");
-    let json = bytes.strip_prefix("\u{feff}".as_bytes()).unwrap_or(bytes);
-    let value: Value = serde_json::from_slice(json).map_err(|error| anyhow!("{}", of_serde(".", &error.to_string())))?;
+    let json = serde_json::from_str(text(bytes)?);
+    let value: Value = json.map_err(|error| anyhow!("{}", of_serde(".", &error.to_string())))?;
     ensure!(value.is_object(), "the file must hold a JSON object");
     Ok(value)
 }
