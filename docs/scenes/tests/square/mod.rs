@@ -1,6 +1,8 @@
 //! A glTF file of a square, and changes to it.
 #![allow(dead_code, reason = "each of the tests needs a part of it")]
 
+use std::path::Path;
+
 use base64::Engine;
 use scenes::GltfScene;
 use serde_json::{Value, json};
@@ -47,13 +49,17 @@ pub(crate) fn changed(changes: &[(&str, Value)]) -> Value {
 }
 
 pub(crate) fn triangles(changes: &[(&str, Value)]) -> anyhow::Result<Vec<[DVec3; 3]>> {
-    read(changed(changes).to_string().as_bytes())?.triangles()
+    with_file(changed(changes).to_string().as_bytes(), |path| GltfScene::read(path)?.triangles())
 }
 
-/// Reads a file that holds some bytes.
+/// Reads a file that holds some bytes, and whose folder is gone afterwards.
 pub(crate) fn read(bytes: &[u8]) -> anyhow::Result<GltfScene> {
+    with_file(bytes, GltfScene::read)
+}
+
+fn with_file<T>(bytes: &[u8], read: impl FnOnce(&Path) -> anyhow::Result<T>) -> anyhow::Result<T> {
     let folder = tempfile::tempdir()?;
     let path = folder.path().join("square.gltf");
     std::fs::write(&path, bytes)?;
-    GltfScene::read(&path)
+    read(&path)
 }
