@@ -67,7 +67,8 @@ fn main() -> ExitCode {
             let message = message.trim_start_matches("error: ");
             // What it quotes stands between apostrophes, or between the first and the last if it has some itself.
             let parts = [message.find('\''), message.rfind('\'')].map(|at| at.unwrap_or(message.len()));
-            let (quoted, [before, after]) = (&message[parts[0]..parts[1]], [&message[..parts[0]], &message[parts[1]..]]);
+            let (quoted, [before, after]) =
+                (&message[parts[0]..parts[1]], [&message[..parts[0]], &message[parts[1]..]]);
             return fail(&format!("{before}{}{after} (see --help)", echo(quoted)));
         }
     };
@@ -137,7 +138,13 @@ fn read(cli: &Cli) -> Result<Source> {
     if let Some(path) = &cli.gltf {
         let name = shown(path);
         let file = GltfScene::read(path).with_context(|| name.clone())?;
-        return Ok(Source { name, stem: name_of(path), scene: file.scene.clone(), notes: file.notes.clone(), file: Some(file) });
+        return Ok(Source {
+            name,
+            stem: name_of(path),
+            scene: file.scene.clone(),
+            notes: file.notes.clone(),
+            file: Some(file),
+        });
     }
     let (name, stem, text) = match &cli.scene {
         None => ("paper".to_owned(), "paper".to_owned(), EMBEDDED.as_bytes().to_owned()),

@@ -10,7 +10,7 @@ use crate::measure::{Least, Lit, Report, Row};
 use crate::picture::{BODY, Drawing, EYE, TEXELS, WARP, WORLD};
 use crate::plot;
 use crate::rendered::Rendered;
-use crate::table::{COLUMNS, least_errors, plain, without_map};
+use crate::table::{ACROSS, COLUMNS, least_errors, plain, without_map};
 use scenes::Job;
 
 const STYLE: &str = "
@@ -183,7 +183,7 @@ fn results(report: &Report) -> Markup {
             }
             @for line in without_map(report) { p { (line) } }
             @for (what, Least { along, across }) in least_errors(report) { p.caption {
-                "Least possible" (what) ": " (plain(along)) " px/texel along the warp, " (plain(across)) " across."
+                "Least" (what) ": " (plain(along)) " px/texel along, " (plain(across)) " " (ACROSS) "."
             } }
             p.caption { "The mean is taken over " (report.mean_over) "." }
         }

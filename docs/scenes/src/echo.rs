@@ -73,7 +73,11 @@ mod tests {
         let cases = [
             ("view", "missing field `near` at line 1 column 2", "view.near: missing field at line 1 column 2"),
             (".", "missing field `view`", "view: missing field"),
-            ("view.zoom", "unknown field `zoom`, expected one of `eye`, `up`", "view.zoom: unknown field, expected one of `eye`, `up`"),
+            (
+                "view.zoom",
+                "unknown field `zoom`, expected one of `eye`, `up`",
+                "view.zoom: unknown field, expected one of `eye`, `up`",
+            ),
             ("view.eye", "duplicate field `eye` at line 1 column 2", "view.eye: duplicate field at line 1 column 2"),
             ("view", "duplicate field `eye`", "view.eye: duplicate field"),
             ("map", "trailing characters at line 1 column 9", "map: too many elements at line 1 column 9"),

@@ -14,7 +14,5 @@ pub use echo::echo;
 pub use gltf_scene::GltfScene;
 pub use job::Job;
 pub use model::Model;
-pub use scene::{
-    AxesName, Boxes, Camera, Cuboid, Directional, Lamp, NearDepthName, Orthographic, Point, Scene, Spot,
-};
+pub use scene::{AxesName, Boxes, Camera, Cuboid, Directional, Lamp, NearDepthName, Orthographic, Point, Scene, Spot};
 pub use technique::{TECHNIQUES, Technique};

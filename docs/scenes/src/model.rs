@@ -33,10 +33,7 @@ impl Model {
         let down = DVec2::from_angle(-20_f64.to_radians());
         let view = camera([0.0, 20.0, -190.0], [0.0, down.y, down.x], 60.0, 1.0, Some(400.0));
         let light = Lamp::directional([0.4, 0.866, -0.3]);
-        Self::furnished(
-            "ground",
-            scene(view, light, [bounds; 2]),
-        )
+        Self::furnished("ground", scene(view, light, [bounds; 2]))
     }
 
     /// Returns a scene with made-up contents: a ground over the bottom of the receivers' box, and poles and boxes in

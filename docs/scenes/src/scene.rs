@@ -232,7 +232,11 @@ impl<'de> Deserialize<'de> for Boxes {
 
             fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Boxes, A::Error> {
                 let list = Vec::deserialize(SeqAccessDeserializer::new(list))?;
-                if list.is_empty() { Err(A::Error::invalid_length(0, &"at least one box")) } else { Ok(Boxes::Many(list)) }
+                if list.is_empty() {
+                    Err(A::Error::invalid_length(0, &"at least one box"))
+                } else {
+                    Ok(Boxes::Many(list))
+                }
             }
         }
         deserializer.deserialize_any(OneOrMany)
@@ -242,14 +246,7 @@ impl<'de> Deserialize<'de> for Boxes {
 impl Scene {
     /// Returns a scene with default options.
     #[must_use]
-    pub fn new(
-        view: Camera,
-        light: Lamp,
-        casters: Boxes,
-        receivers: Boxes,
-        map: [u32; 2],
-        viewport: [u32; 2],
-    ) -> Self {
+    pub fn new(view: Camera, light: Lamp, casters: Boxes, receivers: Boxes, map: [u32; 2], viewport: [u32; 2]) -> Self {
         Self { view, light, casters, receivers, map, viewport, axes: None, near_depth: None, warp_depths: None }
     }
 

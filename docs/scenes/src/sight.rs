@@ -116,11 +116,7 @@ impl<'a> Sight<'a> {
         let up = right.cross(forward);
         let clip = |p: DVec3| {
             let q = p - camera.eye;
-            DVec3::new(
-                right.dot(q) / (camera.tangent * camera.aspect),
-                up.dot(q) / camera.tangent,
-                forward.dot(q),
-            )
+            DVec3::new(right.dot(q) / (camera.tangent * camera.aspect), up.dot(q) / camera.tangent, forward.dot(q))
         };
         let picture = Buffer::draw(PICTURE, self.triangles, clip, |_| 1.0, 1.0 / camera.near);
         let mut counts: HashMap<Option<u32>, u32> = HashMap::new();
@@ -139,7 +135,7 @@ impl<'a> Sight<'a> {
         let mut shares: Vec<f64> = counts.values().map(|&count| f64::from(count) / all).collect();
         // The order of a hash map is by chance, and sums depend on it.
         shares.sort_by(f64::total_cmp);
-        -shares.iter().map(|share| share * share.log2()).sum::<f64>()
+        -shares.iter().map(|share| share * share.log10()).sum::<f64>() / std::f64::consts::LOG10_2
     }
 
     /// The light on the side of a triangle that a ray meets, from the ambient to 1.
@@ -158,7 +154,8 @@ impl<'a> Sight<'a> {
         let [other, own] = [first, triangle].map(|i| self.plane(i));
         let above = self.to_light.dot(other.point - point) + other.slope.dot(self.places(point - other.point));
         let texel_size = 2.0 * self.half / MAP[0] as f64;
-        let lit = first == triangle || above <= 1.5 * texel_size * (other.slope - own.slope).length() + 1e-9 * self.half;
+        let lit =
+            first == triangle || above <= 1.5 * texel_size * (other.slope - own.slope).length() + 1e-9 * self.half;
         AMBIENT + if lit { (1.0 - AMBIENT) * facing.max(0.0) } else { 0.0 }
     }
 
@@ -221,7 +218,8 @@ mod tests {
     /// A wall that crosses the plane of the eye, and one behind it, need no clipping.
     #[test]
     fn what_lies_behind_the_eye_is_not_drawn() {
-        let wall = |z: [f64; 2]| vec![[DVec3::new(1.0, -9.0, z[0]), DVec3::new(1.0, 9.0, z[0]), DVec3::new(1.0, 0.0, z[1])]];
+        let wall =
+            |z: [f64; 2]| vec![[DVec3::new(1.0, -9.0, z[0]), DVec3::new(1.0, 9.0, z[0]), DVec3::new(1.0, 0.0, z[1])]];
         assert!(entropy(&wall([-5.0, 9.0]), DVec3::ZERO, DVec3::Z) > 0.1);
         assert!(entropy(&wall([-5.0, -9.0]), DVec3::ZERO, DVec3::Z).abs() < 1e-12);
     }

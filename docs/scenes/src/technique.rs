@@ -104,7 +104,8 @@ fn lowest_face(job: &Job) -> Result<Rule, Error> {
         _ => DVec3::Z,
     };
     let upward = axis * axis.dot(up).signum();
-    let corners = job.receivers.iter().map(|bounds| if upward.element_sum() > 0.0 { bounds.min() } else { bounds.max() });
+    let corners =
+        job.receivers.iter().map(|bounds| if upward.element_sum() > 0.0 { bounds.min() } else { bounds.max() });
     let lowest = corners.reduce(|a, b| if upward.dot(b) < upward.dot(a) { b } else { a });
     Ok(Rule::Plane(Plane::new(upward, lowest.ok_or(Error::NothingVisible)?)?))
 }

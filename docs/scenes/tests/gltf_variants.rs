@@ -20,9 +20,19 @@ fn said(changes: &[(&str, Value)]) -> String {
 #[test]
 fn attributes_of_any_kind() {
     let plain = triangles(&[]).unwrap();
-    for name in
-        ["_PART", "_", "_feature_id_0", "NORMAL", "TANGENT", "TEXCOORD_2", "TEXCOORD_9", "COLOR_1", "JOINTS_1", "WEIGHTS_1", "KHR_gaussian_splatting:SCALE"]
-    {
+    for name in [
+        "_PART",
+        "_",
+        "_feature_id_0",
+        "NORMAL",
+        "TANGENT",
+        "TEXCOORD_2",
+        "TEXCOORD_9",
+        "COLOR_1",
+        "JOINTS_1",
+        "WEIGHTS_1",
+        "KHR_gaussian_splatting:SCALE",
+    ] {
         let path = format!("/meshes/0/primitives/0/attributes/{name}");
         assert_eq!(triangles(&[(&path, json!(1))]).expect(name), plain, "{name}");
         let error = said(&[(&path, json!(7))]);
@@ -72,7 +82,10 @@ fn what_is_not_geometry_does_not_matter() {
     let cases = [
         ("/images", json!([{ "uri": "missing.ktx2" }, { "bufferView": 0, "mimeType": "image/ktx2" }, {}])),
         ("/textures", json!([{ "extensions": { "KHR_texture_basisu": { "source": 0 } } }, { "source": 99 }])),
-        ("/materials", json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 5 } }, "alphaMode": "GLOW" }])),
+        (
+            "/materials",
+            json!([{ "pbrMetallicRoughness": { "baseColorTexture": { "index": 5 } }, "alphaMode": "GLOW" }]),
+        ),
         ("/samplers", json!([{ "wrapS": 1 }])),
         ("/animations", json!([{ "channels": [{ "sampler": 0, "target": { "path": "pointer" } }], "samplers": [] }])),
         ("/meshes/0/primitives/0/material", json!(0)),
@@ -172,7 +185,8 @@ fn integers_are_scaled_by_the_node() {
     let file = read(changed(&changes).to_string().as_bytes()).unwrap();
     assert_eq!(file.triangles().unwrap()[0][0], DVec3::new(-1.0, -1.0, 4.0));
     assert_eq!(file.scene.receivers.all()[0].min, [-1.0, -1.0, 4.0]);
-    let error = said(&[("/extensionsUsed", json!(["KHR_mesh_quantization"])), ("/accessors/0/componentType", json!(5125))]);
+    let error =
+        said(&[("/extensionsUsed", json!(["KHR_mesh_quantization"])), ("/accessors/0/componentType", json!(5125))]);
     assert!(error.contains("POSITION must be floats in threes, or integers of 8 or 16 bits"), "{error}");
 }
 
@@ -188,7 +202,8 @@ fn the_version_is_named() {
     let error = format!("{:#}", read(old.as_bytes()).err().unwrap());
     assert!(error.contains("glTF 1.0, convert to 2.0"), "{error}");
     // Binary, with the length of the scene and its format behind the header.
-    let binary: Vec<u8> = b"glTF".iter().copied().chain([1, 0, 0, 0, 22, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0]).chain(*b"{}").collect();
+    let binary: Vec<u8> =
+        b"glTF".iter().copied().chain([1, 0, 0, 0, 22, 0, 0, 0, 2, 0, 0, 0, 0, 0, 0, 0]).chain(*b"{}").collect();
     let error = format!("{:#}", read(&binary).err().unwrap());
     assert!(error.contains("glTF 1.0, convert to 2.0"), "{error}");
     let error = said(&[("/asset/version", json!("3.0"))]);

@@ -55,9 +55,8 @@ impl File {
         check_version(&json)?;
         let quantised = check_extensions(&json)?;
         strip(&mut json)?;
-        let root: Root = serde_path_to_error::deserialize(json).map_err(|error| {
-            anyhow!("{}", of_serde(&error.path().to_string(), &error.inner().to_string()))
-        })?;
+        let root: Root = serde_path_to_error::deserialize(json)
+            .map_err(|error| anyhow!("{}", of_serde(&error.path().to_string(), &error.inner().to_string())))?;
         validate(&root)?;
         let folder = path.parent().unwrap_or(Path::new("")).to_owned();
         Ok(Self { document: gltf::Document::from_json_without_validation(root), blob, folder, quantised })
@@ -217,7 +216,8 @@ fn validate(root: &Root) -> Result<()> {
     }
     let mut errors = Vec::new();
     root.validate(root, gltf::json::Path::new, &mut |path, error| {
-        let path = path().to_string();
+        // A name in brackets is a field like any other.
+        let path = path().to_string().replace("[\"", ".").replace("\"]", "");
         // The format allows meshes without positions, which are not drawn, and accessors without data, which are zero.
         let is_allowed = path.ends_with(".attributes.POSITION") || path.ends_with("].bufferView");
         if !(is_allowed && error == Error::Missing) {

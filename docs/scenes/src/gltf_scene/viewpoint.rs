@@ -1,6 +1,6 @@
 //! A camera for a file that has none.
 
-use shadow_warp::glam::DVec3;
+use shadow_warp::glam::{DVec2, DVec3};
 
 use crate::scene::Camera;
 use crate::sight::{Pinhole, Sight};
@@ -65,10 +65,12 @@ fn candidates(low: DVec3, high: DVec3) -> Vec<Pinhole> {
                 let aside = 0.5 * size * towards + beyond * length * towards.normalize();
                 (middle - aside + DVec3::Y * (0.5 * size.y + above * length), middle)
             }
-            Stand::Inside => (middle - 0.4 * size * towards - DVec3::Y * (0.3 * size.y), middle - DVec3::Y * (0.35 * size.y)),
+            Stand::Inside => {
+                (middle - 0.4 * size * towards - DVec3::Y * (0.3 * size.y), middle - DVec3::Y * (0.35 * size.y))
+            }
         };
-        let half = 0.5 * FOV_Y_DEG.to_radians();
-        Pinhole { eye, forward: target - eye, tangent: half.sin() / half.cos(), aspect: ASPECT, near: length / 200.0 }
+        let half = DVec2::from_angle(0.5 * FOV_Y_DEG.to_radians());
+        Pinhole { eye, forward: target - eye, tangent: half.y / half.x, aspect: ASPECT, near: length / 200.0 }
     };
     STANDS.iter().flat_map(|stand| around.map(|towards| (stand, towards))).map(camera).collect()
 }
@@ -102,7 +104,8 @@ mod tests {
         let forward = forward.normalize();
         let right = forward.cross(DVec3::Y).normalize();
         let up = right.cross(forward);
-        let tangent = (25_f64.to_radians()).sin() / (25_f64.to_radians()).cos();
+        let half = DVec2::from_angle(25_f64.to_radians());
+        let tangent = half.y / half.x;
         let at = |i: u32, count: u32| f64::from(2 * i + 1) / f64::from(count) - 1.0;
         let pixels = (0..27).flat_map(|j| (0..48).map(move |i| (i, j)));
         let ray = |(i, j)| forward + (right * at(i, 48) * ASPECT + up * at(j, 27)) * tangent;
@@ -116,7 +119,13 @@ mod tests {
     /// Of a closed box more than one face is seen, and one that light falls on; of a slab, its top.
     #[test]
     fn a_closed_box_is_seen_from_where_it_has_faces() {
-        for size in [DVec3::ONE, DVec3::new(10.0, 3.0, 4.0), DVec3::new(4.0, 3.0, 10.0), DVec3::new(1.0, 20.0, 1.0), DVec3::new(20.0, 0.1, 20.0)] {
+        for size in [
+            DVec3::ONE,
+            DVec3::new(10.0, 3.0, 4.0),
+            DVec3::new(4.0, 3.0, 10.0),
+            DVec3::new(1.0, 20.0, 1.0),
+            DVec3::new(20.0, 0.1, 20.0),
+        ] {
             let triangles = cuboid(DVec3::new(5.0, -1.0, 3.0), DVec3::new(5.0, -1.0, 3.0) + size);
             let [low, high] = bounds(&triangles);
             let (camera, count) = made_up(low, high, &triangles, SUN);
