@@ -6,7 +6,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Body, ClipSpace, ConvexBody, Error, Light, LightSpace, LitBody, Rule, ShadowMap, aliasing};
+use shadow_warp::{Body, ClipSpace, ConvexBody, Error, Fit, Light, LightSpace, LitBody, Rule, ShadowMap, aliasing};
 
 use crate::mean::Quadrature;
 use crate::place::{displacement, map_share};
@@ -230,7 +230,8 @@ impl Part {
             }
             _ => Bodies::new(&lit, &[plain.shown(&job.casters)]),
         };
-        let errors = fit.least_errors()?;
+        // Of all that is seen, as the worst is.
+        let errors = Fit { warp_depths: None, ..fit }.least_errors()?;
         let least = Least { along: errors.along, across: errors.across };
         let (mut techniques, mut refused) = (Vec::new(), Vec::new());
         for technique in TECHNIQUES {
