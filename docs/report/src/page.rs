@@ -167,7 +167,8 @@ fn facts(job: &Job, report: &Report) -> Markup {
 fn options(job: &Job) -> Vec<(&'static str, String)> {
     let mut options = Vec::new();
     if let Some(axes) = job.axes {
-        options.push(("Axes", format!("{axes:?}, of every technique, whatever its name; psm and plane have their own")));
+        options
+            .push(("Axes", format!("{axes:?}, of every technique, whatever its name; psm and plane have their own")));
     }
     if job.near_depth == NearDepth::Receivers {
         options.push(("Near plane", "at the receivers; casters before it are drawn with depth clamp".to_owned()));

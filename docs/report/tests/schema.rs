@@ -192,7 +192,8 @@ fn what_is_printed_is_in_the_tables() {
     for scene in [program::paper(), spot, lamp, dark].into_iter().chain(examples()) {
         check(&tables, "Report", &report_on(&scene), &mut kinds);
     }
-    for kind in ["Row", "Refused", "Face", "Least", "Rounding", "LightAxes", "Bodies", "Frame", "Lit", "Scene", "Boxes"] {
+    for kind in ["Row", "Refused", "Face", "Least", "Rounding", "LightAxes", "Bodies", "Frame", "Lit", "Scene", "Boxes"]
+    {
         assert!(kinds.iter().any(|seen| seen == kind), "{kind}");
     }
 }

@@ -110,7 +110,7 @@ fn refuse_version(version: &str) -> Result<()> {
     let name = if version == "1" { "1.0" } else { version };
     match major {
         "2" => Ok(()),
-        "0" | "1" => bail!("the file is glTF {}, convert to 2.0 (gltf-pipeline and Blender can)", echo(name)),
+        "0" | "1" => bail!("the file is glTF {}, convert to 2.0 (Blender can)", echo(name)),
         _ => bail!("asset.version: this reads glTF 2.0, and the file is glTF {}", echo(name)),
     }
 }
@@ -151,8 +151,7 @@ fn check_extensions(json: &Value) -> Result<bool> {
 fn refuse_compressed(place: &str, name: &str) -> Result<()> {
     ensure!(
         !COMPRESSED.contains(&name),
-        "{place}: the geometry is compressed by {name}, which is not read here: decompress it (gltf-transform can), or \
-         export without compression"
+        "{place}: the geometry is compressed by {name}, which is not read here: decompress it (gltf-transform can)"
     );
     Ok(())
 }
