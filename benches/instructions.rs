@@ -1,125 +1,37 @@
-//! Instructions for a thousand realistic jobs, so that a thousandth of each count is the mean per job; the counts
-//! repeat exactly: `cargo bench --bench instructions` (needs valgrind, and `cargo install gungraun-runner --version
-//! 0.20.0`).
+//! Instructions for a thousand realistic jobs: a thousandth of each count is the mean per job. The
+//! counts repeat exactly. `bash benches/baseline.sh` runs these benches.
 #![expect(clippy::unwrap_used, reason = "the jobs are valid, and a bench may stop where one is not")]
 #![expect(missing_docs, reason = "the harness generates public items")]
 
-mod cases;
+mod jobs;
+mod steps;
 
 use std::hint::black_box;
 
-use cases::Job;
-use gungraun::{library_benchmark, library_benchmark_group, main};
-use shadow_warp::{Body, Fit, Light, Rule, ShadowMap, View};
+use gungraun::{LibraryBenchmarkConfig, library_benchmark, library_benchmark_group, main};
+use jobs::Job;
+use steps::checked;
 
-/// A job with its first steps done.
-struct Ready {
-    job: Job,
-    view: View,
-    light: Light,
-    receivers: [Body; 1],
-    map: ShadowMap,
-}
-
-impl Ready {
-    fn fit(&self) -> Fit<'_> {
-        Fit::new(&self.view, &self.light, &self.job.bounds, &self.receivers)
-    }
-}
-
-fn ready() -> Vec<Ready> {
-    let ready = |job: &Job| {
-        let (view, light) = (job.view().unwrap(), job.light().unwrap());
-        let receivers = [Body::visible(&view, &job.bounds)];
-        let map = Fit::new(&view, &light, &job.bounds, &receivers).solve(Rule::LISPSM).unwrap();
-        assert!(map.warp().ratio() >= 1.0 && map.clip_from_world(shadow_warp::ClipSpace::WGPU).is_finite());
-        Ready { job: *job, view, light, receivers, map }
+macro_rules! count {
+    ($($step:ident)*) => {
+        $(
+            #[library_benchmark]
+            #[bench::jobs(setup = checked::$step)]
+            fn $step(jobs: Vec<Job>) {
+                jobs.iter().for_each(|job| {
+                    let _ = black_box(steps::$step(black_box(job)));
+                });
+            }
+        )*
+        library_benchmark_group!(name = thousand_jobs, benchmarks = [$($step),*]);
     };
-    cases::jobs().iter().map(ready).collect()
 }
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn view(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.job.view().unwrap());
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn clip(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(Body::visible(&ready.view, &ready.job.bounds));
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn sweep(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.receivers[0].casters(&ready.light, &ready.job.bounds).unwrap());
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn fit_uniform(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.fit().solve(Rule::Uniform).unwrap());
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn fit_lispsm(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.fit().solve(Rule::LISPSM).unwrap());
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn fit_tsm(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.fit().solve(Rule::TSM).unwrap());
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn fit_psm(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.fit().solve(Rule::PSM).unwrap());
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn fit_optimal(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.fit().solve(Rule::OPTIMAL).unwrap());
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn worst_texel(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.fit().worst_texel(&ready.map));
-    });
-}
-
-#[library_benchmark]
-#[bench::jobs(setup = ready)]
-fn guard_f32(jobs: Vec<Ready>) {
-    jobs.iter().for_each(|ready| {
-        black_box(ready.fit().guard_f32(&ready.map, ready.view.eye()).unwrap());
-    });
-}
-
-library_benchmark_group!(
-    name = jobs,
-    benchmarks = [view, clip, sweep, fit_uniform, fit_lispsm, fit_tsm, fit_psm, fit_optimal, worst_texel, guard_f32]
+steps::with_all_steps!(count);
+/// glibc chooses its `memcpy`, `memset` and `tan` by the processor. Those for any x86-64 processor
+/// make the counts comparable.
+const PLAIN_PROCESSOR: &str =
+    "glibc.cpu.hwcaps=-AVX,-AVX2,-AVX512F,-AVX512VL,-AVX_Fast_Unaligned_Load,-ERMS,-FSRM,-FMA,-FMA4,-SSSE3";
+main!(
+    config = LibraryBenchmarkConfig::default().env("GLIBC_TUNABLES", PLAIN_PROCESSOR);
+    library_benchmark_groups = thousand_jobs
 );
-main!(library_benchmark_groups = jobs);

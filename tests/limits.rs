@@ -3,6 +3,10 @@
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 
+mod random;
+
+use random::basic::{mixture, unit};
+use random::check;
 use shadow_warp::glam::{DVec3, dvec3};
 use shadow_warp::{
     Body, Bounds, ClipSpace, Error, Fit, Light, NearDepth, Rule, ShadowMap, Sides, View, Warp, aliasing,
@@ -130,19 +134,14 @@ fn casters_without_thickness_have_a_body() {
     let view = camera(0.5..100.0);
     let to_light = dvec3(0.3, 1.0, -0.2);
     let receivers = Body::visible(&view, &box_between(dvec3(-10.0, -3.0, 1.0), dvec3(10.0, 0.0, 40.0)));
-    let middle = receivers.vertices().iter().sum::<DVec3>() / receivers.vertices().len() as f64;
-    // Places all over the body, and heights, by steps that never repeat.
-    for step in 0..2000 {
-        let part = |ratio: f64| (f64::from(step) * ratio).fract();
-        let towards = receivers.vertices()[step as usize % receivers.vertices().len()] - middle;
-        // Every other one above the border.
-        let inside = if step % 2 == 0 { part(0.618_033_988_749_895) } else { 1.0 };
-        let at = receivers.origin() + middle + towards * inside + to_light * (5.0 + 50.0 * part(0.414_213_562_373_095));
+    // Some above edges, some inside.
+    check("limits/casters-without-thickness", 1000, (mixture(), unit()), |(place, height)| {
+        let at = receivers.origin() + place.of(receivers.vertices()) + to_light * (5.0 + 50.0 * height);
         for half in [DVec3::ZERO, DVec3::Y, DVec3::X, dvec3(0.7, 0.3, 0.0)] {
             let bounds = box_between(at - half, at + half);
-            assert!(!receivers.casters(&sun(to_light), &bounds).unwrap().is_empty(), "{step} {half}");
+            assert!(!receivers.casters(&sun(to_light), &bounds).unwrap().is_empty(), "{half}");
         }
-    }
+    });
 }
 
 /// An origin that is none is an error, or a bound that says so.

@@ -163,24 +163,36 @@ impl Side {
 }
 
 impl Piece {
-    /// Numerator and denominator, each with its derivative.
+    /// Numerator and denominator.
     #[inline(always)]
-    fn fraction(&self, ratio: f64) -> ([f64; 2], [f64; 2]) {
+    fn fraction(&self, ratio: f64) -> (f64, f64) {
         match self {
             Self::Along(point) => {
                 let w = point.w(ratio);
-                ([w * w * point.along, 2.0 * w * point.end * point.along], [ratio, 1.0])
+                (w * w * point.along, ratio)
             }
             Self::Across { start, end, sides: [i, j] } => {
                 let (w, w_i, w_j) = (start + ratio * end, i.w(ratio), j.w(ratio));
+                (w * (i.x * w_j + j.x * w_i), w_i * w_j)
+            }
+        }
+    }
+
+    /// The derivatives of numerator and denominator.
+    #[inline(always)]
+    fn slopes(&self, ratio: f64) -> (f64, f64) {
+        match self {
+            Self::Along(point) => (2.0 * point.w(ratio) * point.end * point.along, 1.0),
+            Self::Across { start, end, sides: [i, j] } => {
+                let (w, w_i, w_j) = (start + ratio * end, i.w(ratio), j.w(ratio));
                 let (width, change) = (i.x * w_j + j.x * w_i, i.x * j.end + j.x * i.end);
-                ([w * width, end * width + w * change], [w_i * w_j, i.end * w_j + w_i * j.end])
+                (end * width + w * change, i.end * w_j + w_i * j.end)
             }
         }
     }
 
     fn value(&self, ratio: f64) -> f64 {
-        let ([numerator, _], [denominator, _]) = self.fraction(ratio);
+        let (numerator, denominator) = self.fraction(ratio);
         numerator / denominator
     }
 
@@ -230,12 +242,19 @@ const LEAST_RATIO: f64 = 1.0 + 1.0 / (1_u64 << 40) as f64;
 const ACCURACY: f64 = 1e-11;
 /// Errors that differ by less than this, relatively, are equally good. A hundred times what a search leaves.
 pub(crate) const TIE: f64 = 1e-9;
-/// What Halley's method turns into less than this, as it is of third order.
-const NEARLY: f64 = 1e-6;
-/// Halvings, in logarithm, that take the widest bracket, 1 to 1e8, to [`ACCURACY`]: 2^-41 of ln 1e8 is 8e-12.
-const HALVINGS: usize = 41;
-/// One round in three halves the bracket whatever the others do.
-const MOST_ROUNDS: usize = 3 * HALVINGS;
+/// The relative difference of two pieces, or of two ratios, where the pieces have met: well below [`ACCURACY`], well above
+/// rounding.
+const MET: f64 = 1e-12;
+/// Halvings, in logarithm, that take the widest bracket, 1 to 1e8, to [`MET`]: 2^-45 of ln 1e8 is 5e-13.
+const HALVINGS: usize = 45;
+/// After so many rounds every second one halves the bracket, whatever the others do.
+const QUICK_ROUNDS: usize = 8;
+const MOST_ROUNDS: usize = QUICK_ROUNDS + 2 * HALVINGS;
+
+/// Whether a round is one of those that halve the bracket.
+fn is_slow(round: usize) -> bool {
+    round > QUICK_ROUNDS && round % 2 == 0
+}
 
 /// The number, or the end of the bracket that it is beyond. NaN is the upper one. (`f64::clamp` may panic.)
 fn within(x: f64, low: f64, high: f64) -> f64 {
@@ -275,8 +294,8 @@ impl Valley {
 ///
 /// Form: Kelley's method of cutting planes, with the pieces of the function themselves in place of planes. Left of the minimum
 /// one piece is known that falls, right of it one that grows. Where the larger of the two is least, the whole function is
-/// looked at; if it is no greater there, that is the minimum of it all. It takes 1 to 5 rounds; one in three halves the
-/// bracket of the two, so that [`MOST_ROUNDS`] are enough whatever happens. The least error seen counts, no warp among them.
+/// looked at; if it is no greater there, that is the minimum of it all. It takes 1 to 5 rounds; later ones halve the
+/// bracket of the two, so that [`MOST_ROUNDS`] are enough whatever happens. The least error seen counts.
 #[inline(always)]
 pub(crate) fn least_of_valley(most: f64, [falls, grows]: [Option<Piece>; 2], piece: impl Fn(f64) -> Piece) -> Valley {
     let at = |ratio: f64, pieces| Valley { ratio, least: piece(ratio).value(ratio), pieces };
@@ -296,7 +315,7 @@ pub(crate) fn least_of_valley(most: f64, [falls, grows]: [Option<Piece>; 2], pie
     }
     let mut best = Valley { ratio: 1.0, least: f64::INFINITY, pieces: [None; 3] };
     for round in 1..=MOST_ROUNDS {
-        let halves = round % 3 == 0;
+        let halves = is_slow(round);
         let ratio = if halves { halved(low.0, high.0) } else { meet(&low, &high) };
         let found = piece(ratio);
         let value = found.value(ratio);
@@ -346,23 +365,24 @@ fn meet((low, falling): &(f64, Piece), (high, growing): &(f64, Piece)) -> f64 {
     // Halley's method in logarithms, where both are
     // nearly straight: with the quotient r = p/q of the two and its slope s, the next ratio is r^(-1/s) times this one, and
     // that power a fraction which is right to third order about 1. The bracket [a, b] holds the meeting, and each ratio lies
-    // in it: one that leaves it, and one in three, is its middle.
+    // in it: in place of one that leaves it its middle is taken. The ratio that is returned has been looked at: the two are
+    // equal there, or the next step is none.
     let mut ratio = a;
     for round in 1..=MOST_ROUNDS {
-        let ([n, dn], [d, dd]) = growing.fraction(ratio);
-        let ([m, dm], [e, de]) = falling.fraction(ratio);
-        let ([p, dp], [q, dq]) = ([n * e, dn * e + n * de], [m * d, dm * d + m * dd]);
+        let ((n, d), (m, e)) = (growing.fraction(ratio), falling.fraction(ratio));
+        let (p, q) = (n * e, m * d);
         *(if p < q { &mut a } else { &mut b }) = ratio;
-        let power = -p * q / (ratio * (dp * q - dq * p));
-        let next = ratio * (((1.0 + power) * p + (1.0 - power) * q) / ((1.0 - power) * p + (1.0 + power) * q));
-        if (p - q).abs() <= NEARLY * p {
-            // A step of third order from here: what is left of it outside of the bracket is rounding.
-            return if next.is_nan() { ratio } else { within(next, a, b) };
-        }
-        ratio = if a < next && next < b && round % 3 > 0 { next } else { halved(a, b) };
-        if b <= a * (1.0 + ACCURACY) {
+        if (p - q).abs() <= MET * p {
             break;
         }
+        let ((dn, dd), (dm, de)) = (growing.slopes(ratio), falling.slopes(ratio));
+        let (dp, dq) = (dn * e + n * de, dm * d + m * dd);
+        let power = -p * q / (ratio * (dp * q - dq * p));
+        let next = ratio * (((1.0 + power) * p + (1.0 - power) * q) / ((1.0 - power) * p + (1.0 + power) * q));
+        if (next - ratio).abs() <= MET * ratio || b <= a * (1.0 + MET) {
+            break;
+        }
+        ratio = if a < next && next < b && !is_slow(round) { next } else { halved(a, b) };
     }
     ratio
 }
@@ -443,7 +463,13 @@ pub(crate) fn least_between([along, across]: [f64; 2], value: impl Fn(f64) -> f6
 }
 
 #[cfg(test)]
+#[expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 mod tests {
+    use std::vec::Vec;
+
+    use proptest::prelude::*;
+    use proptest::test_runner::{Config, RngSeed, TestRunner};
+
     use super::*;
 
     /// The deeper of two valleys, where a golden section alone goes down the other one.
@@ -453,5 +479,68 @@ mod tests {
         for ends in [[1.0, 10.0], [10.0, 1.0]] {
             assert!((least_between(ends, value) - 1.05).abs() < 1e-9);
         }
+    }
+
+    fn search(points: &[Point], ratio: f64) -> Search {
+        let mut search = Search::new(ratio);
+        points.iter().for_each(|point| search.include(point));
+        search
+    }
+
+    /// Points anywhere in a body, some of them at one place along it, at depths of all sizes. As in a fit, there is something
+    /// on either side of the centre, or at it.
+    fn points() -> impl Strategy<Value = Vec<Point>> {
+        let place = prop_oneof![0.0..=1.0, Just(0.0), Just(1.0), Just(0.25)];
+        let size = (0.0..4.0).prop_map(|x: f64| [1e-3, 0.1, 1.0, 10.0, 1e3][x as usize]);
+        let point = (place, -1.0..1.0, size, 0.1..1.0).prop_map(|(t, x, size, pixels): (f64, f64, f64, f64)| Point {
+            start: 1.0 - t,
+            end: t,
+            x,
+            along: pixels * size,
+            across: 0.7 * pixels * size,
+        });
+        prop::collection::vec(point, 2..12)
+    }
+
+    /// Against a dense scan: no other ratio is better, by the function that reports the errors; and of those that are as good
+    /// none has a smaller other error.
+    #[test]
+    fn nothing_is_better_than_what_is_found() {
+        let config = Config { cases: 800, rng_seed: RngSeed::Fixed(1), failure_persistence: None, ..Config::default() };
+        let run = TestRunner::new(config).run(&(points(), 0.0..8.0), |(points, decades)| {
+            let most = 10.0_f64.powf(decades);
+            let errors = |ratio: f64| search(&points, ratio).errors();
+            let valley = |of: Objective| {
+                least_of_valley(most, [None; 2], |ratio| search(&points, ratio).piece(of, |number| points[number]))
+            };
+            for objective in [Objective::Along, Objective::Across, Objective::Larger] {
+                let found = valley(objective);
+                let ratio = if objective == Objective::Along {
+                    found.ratio
+                } else {
+                    on_flat_ground(&found, most, errors, objective, || valley(Objective::Along))
+                };
+                prop_assert!((1.0..=most).contains(&ratio), "{objective:?}: {ratio} of {most}");
+                let best = errors(ratio);
+                let [least, other] = [objective.of(&best), min(best.along, best.across)];
+                let (steps, mut at) = (400, 1.0);
+                let factor = (most.ln() / f64::from(steps)).exp();
+                for _ in 0..=steps {
+                    let there = errors(min(at, most));
+                    prop_assert!(least <= objective.of(&there) * (1.0 + 2.0 * TIE), "{objective:?} {ratio} {at}");
+                    // As good, but for the rounding: then it has no smaller error along.
+                    let is_as_good = objective.of(&there) <= least * (1.0 + 0.1 * TIE);
+                    let is_across = objective != Objective::Along && best.across >= best.along;
+                    let smaller = there.along < best.along * (1.0 - 1e-6);
+                    prop_assert!(
+                        !(is_as_good && is_across && smaller),
+                        "{objective:?} {ratio} {at}: {there:?} {other}"
+                    );
+                    at *= factor;
+                }
+            }
+            Ok(())
+        });
+        assert!(run.is_ok(), "{run:?}");
     }
 }

@@ -12,26 +12,31 @@
 #![allow(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 pub(crate) mod basic;
+pub(crate) mod casters;
+pub(crate) mod cuts;
 pub(crate) mod lamps;
 pub(crate) mod measure;
 mod ratchet;
 pub(crate) mod scenes;
 pub(crate) mod trapezoid;
+pub(crate) mod views;
 
 use std::cell::RefCell;
 
-use proptest::strategy::{Strategy, ValueTree};
+pub(crate) use proptest::prelude::{Strategy, any, prop};
 use proptest::test_runner::{Config, FileFailurePersistence, RngSeed, TestError, TestRunner};
 pub(crate) use ratchet::Ratchet;
 
 fn variable(name: &str) -> u64 {
     let value = std::env::var(name).map_or(Ok(1), |text| text.parse());
-    value.ok().filter(|value| *value > 0).unwrap_or_else(|| panic!("{name} must be a positive whole number"))
+    value.unwrap_or_else(|_| panic!("{name} must be a whole number"))
 }
 
 /// How many times the usual number of cases is to be run.
 pub(crate) fn multiplier() -> u32 {
-    u32::try_from(variable("SHADOW_WARP_CASES")).expect("SHADOW_WARP_CASES is too large")
+    let cases = u32::try_from(variable("SHADOW_WARP_CASES")).expect("SHADOW_WARP_CASES is too large");
+    assert!(cases > 0, "SHADOW_WARP_CASES must be positive");
+    cases
 }
 
 /// Whether this is the run that ratchets were set for: the usual cases of the usual seed.
@@ -66,13 +71,7 @@ pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: 
     });
     match run {
         Ok(()) => {}
-        Err(TestError::Fail(reason, input)) => panic!("{name}: {reason}\nsmallest input that fails: {input:#?}"),
+        Err(TestError::Fail(reason, input)) => panic!("{name}: {reason}\nsmallest input that fails: {input:?}"),
         Err(TestError::Abort(reason)) => panic!("{name}: {reason}"),
     }
-}
-
-/// Returns so many values of a strategy, always the same ones.
-pub(crate) fn samples<S: Strategy>(count: usize, strategy: &S) -> Vec<S::Value> {
-    let mut runner = TestRunner::new(Config { rng_seed: RngSeed::Fixed(1), ..Config::default() });
-    (0..count).map(|_| strategy.new_tree(&mut runner).expect("a strategy has values").current()).collect()
 }

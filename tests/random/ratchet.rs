@@ -6,9 +6,9 @@ use super::is_usual_run;
 
 /// A tolerance, and the greatest share of it that was ever used.
 ///
-/// A tolerance is a ratchet: the usual run must use at least a tenth of it, or it is too wide and the test fails; then narrow
-/// it. It is set for the usual run. Longer runs, and those of other seeds, see rarer coincidences of rounding, and are
-/// allowed [`Ratchet::RARE`] times as much.
+/// A tolerance is a ratchet: the usual run must use at least a tenth of it, or it is too wide and the test fails. When the
+/// usual run needs less, narrow it. The test fails where the ratchet is dropped, at its end. Longer runs, and those of
+/// other seeds, see rarer coincidences of rounding, and may use [`Ratchet::RARE`] times as much.
 pub(crate) struct Ratchet {
     what: &'static str,
     share: f64,
@@ -35,9 +35,22 @@ impl Ratchet {
         }
     }
 
-    /// Ends the test: prints what was used, and fails where that is too little.
+    /// One deviation, and all of them.
     #[track_caller]
-    pub(crate) fn finish(self) {
+    pub(crate) fn once(what: &'static str, deviation: f64, allowed: f64) {
+        Self::new(what).note(deviation, allowed, "");
+    }
+
+    /// Ends the test before the ratchet is dropped.
+    pub(crate) fn finish(self) {}
+}
+
+/// Prints what was used, and fails where that is too little.
+impl Drop for Ratchet {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            return;
+        }
         println!("{}: worst {:.2e}, {:.3} of what is allowed", self.what, self.deviation, self.share);
         let idle = is_usual_run() && self.share < Self::LEAST;
         assert!(!idle, "{}: uses {:.1e} of its allowance: narrow it", self.what, self.share);

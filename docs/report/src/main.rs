@@ -5,7 +5,9 @@ mod mean;
 mod measure;
 mod page;
 mod picture;
+mod place;
 mod plot;
+mod quiet;
 mod rendered;
 mod survey;
 mod table;
@@ -19,7 +21,7 @@ use clap::Parser;
 use clap::error::ErrorKind as Usage;
 
 use measure::Report;
-use scenes::{GltfScene, Model, Scene};
+use scenes::{GltfScene, Model, Scene, echo};
 
 /// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
 ///
@@ -60,10 +62,17 @@ fn main() -> ExitCode {
         }
         Err(error) => {
             let text = error.to_string();
-            let message = text.lines().next().unwrap_or_default().trim_start_matches("error: ");
-            return fail(&format!("{message} (see --help)"));
+            let lines: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
+            let message = lines.join(" ");
+            let message = message.trim_start_matches("error: ");
+            // What it quotes stands between apostrophes, or between the first and the last if it has some itself.
+            let parts = [message.find('\''), message.rfind('\'')].map(|at| at.unwrap_or(message.len()));
+            let (quoted, [before, after]) =
+                (&message[parts[0]..parts[1]], [&message[..parts[0]], &message[parts[1]..]]);
+            return fail(&format!("{before}{}{after} (see --help)", echo(quoted)));
         }
     };
+    quiet::without_mesas_layer();
     match run(&cli) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_broken_pipe(&error) => ExitCode::SUCCESS,
@@ -76,9 +85,9 @@ fn run(cli: &Cli) -> Result<()> {
         std::io::stdout().write_all(survey::page()?.as_bytes())?;
         return Ok(());
     }
-    let Source { name, scene, notes, file } = read(cli)?;
+    let Source { name, stem, scene, notes, file } = read(cli)?;
     let job = scene.validated().with_context(|| name.clone())?;
-    let report = measure::report(&name_of(&name), scene, notes, &job).with_context(|| name)?;
+    let report = measure::report(&stem, scene, notes, &job).with_context(|| name)?;
 
     // The page first: where it cannot be written, the error is all there is.
     let page = page_path(cli, &report);
@@ -116,6 +125,8 @@ fn run(cli: &Cli) -> Result<()> {
 struct Source {
     /// For messages.
     name: String,
+    /// For tables and files.
+    stem: String,
     scene: Scene,
     /// What was made up in it.
     notes: Vec<String>,
@@ -125,25 +136,31 @@ struct Source {
 
 fn read(cli: &Cli) -> Result<Source> {
     if let Some(path) = &cli.gltf {
-        let name = path.display().to_string();
+        let name = shown(path);
         let file = GltfScene::read(path).with_context(|| name.clone())?;
-        return Ok(Source { name, scene: file.scene.clone(), notes: file.notes.clone(), file: Some(file) });
+        return Ok(Source {
+            name,
+            stem: name_of(path),
+            scene: file.scene.clone(),
+            notes: file.notes.clone(),
+            file: Some(file),
+        });
     }
-    let (name, text) = match &cli.scene {
-        None => ("paper".to_owned(), EMBEDDED.to_owned()),
+    let (name, stem, text) = match &cli.scene {
+        None => ("paper".to_owned(), "paper".to_owned(), EMBEDDED.as_bytes().to_owned()),
         Some(path) if path == Path::new("-") => {
-            let mut text = String::new();
-            std::io::stdin().read_to_string(&mut text).context("standard input")?;
-            ("stdin".to_owned(), text)
+            let mut text = Vec::new();
+            std::io::stdin().read_to_end(&mut text).context("standard input")?;
+            ("stdin".to_owned(), "stdin".to_owned(), text)
         }
         Some(path) => {
-            let name = path.display().to_string();
-            let text = std::fs::read_to_string(path).with_context(|| name.clone())?;
-            (name, text)
+            let name = shown(path);
+            let text = std::fs::read(path).with_context(|| name.clone())?;
+            (name, name_of(path), text)
         }
     };
     let scene = Scene::parse(&text).with_context(|| name.clone())?;
-    Ok(Source { name, scene, notes: Vec::new(), file: None })
+    Ok(Source { name, stem, scene, notes: Vec::new(), file: None })
 }
 
 /// What the pictures show: the file's triangles, or some made up to fill the boxes.
@@ -156,9 +173,14 @@ fn model(report: &Report, file: Option<&GltfScene>) -> Result<Model> {
 }
 
 /// A file's name without folder and extension.
-fn name_of(source: &str) -> String {
-    let stem = Path::new(source).file_stem().map(|stem| stem.to_string_lossy().into_owned());
+fn name_of(path: &Path) -> String {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     stem.unwrap_or_else(|| "scene".to_owned())
+}
+
+/// A path, as far as an error repeats it.
+fn shown(path: &Path) -> String {
+    echo(&path.display().to_string())
 }
 
 /// Where the page goes, if there is to be one. Without techniques there is nothing to draw.
@@ -171,7 +193,7 @@ fn page_path(cli: &Cli, report: &Report) -> Option<PathBuf> {
 }
 
 fn write_file(option: &str, path: &Path, text: &str) -> Result<()> {
-    let place = || format!("{option} {}", path.display());
+    let place = || format!("{option} {}", shown(path));
     if let Some(folder) = path.parent() {
         std::fs::create_dir_all(folder).with_context(place)?;
     }

@@ -1,9 +1,9 @@
-//! The mean over a body, by quadrature.
+//! The mean over bodies, by quadrature.
 
 use shadow_warp::ConvexBody;
 use shadow_warp::glam::DVec3;
 
-/// Pieces of a body to average over, each with its share: tetrahedra of a solid one, triangles of a flat one.
+/// Pieces to average over, in world space, each with its share: tetrahedra of solid bodies, triangles of flat ones.
 pub(crate) enum Quadrature {
     Volume(Vec<(f64, [DVec3; 4])>),
     Area(Vec<(f64, [DVec3; 3])>),
@@ -16,37 +16,56 @@ const SUBDIVISIONS: u32 = 3;
 const FLAT: f64 = 1e-6;
 
 impl Quadrature {
-    pub(crate) fn of<const V: usize, const F: usize>(body: &ConvexBody<V, F>) -> Self {
-        let vertices = body.vertices();
-        let inner = vertices.iter().sum::<DVec3>() / vertices.len().max(1) as f64;
-        let size = vertices.iter().map(|&q| (q - inner).abs().max_element()).fold(0.0, f64::max);
-        // Relative to the body's size, so that products neither overflow nor vanish.
-        let unit = |q: DVec3| (q - inner) / size;
+    /// Of the volume of solid bodies; of the area of all faces, where some body is flat; else of the vertices. What lies in
+    /// several bodies counts several times.
+    pub(crate) fn of<const V: usize, const F: usize>(bodies: &[ConvexBody<V, F>]) -> Self {
+        let bodies: Vec<_> = bodies.iter().filter(|body| !body.is_empty()).collect();
+        let world: Vec<Vec<DVec3>> =
+            bodies.iter().map(|body| body.vertices().iter().map(|&q| q + body.origin()).collect()).collect();
+        let inner: Vec<DVec3> = world.iter().map(|vertices| middle(vertices)).collect();
+        let centre = middle(&inner);
+        let size = world.iter().flatten().map(|&p| (p - centre).abs().max_element()).fold(0.0, f64::max);
+        // Relative to the size of all, so that products neither overflow nor vanish.
+        let unit = |p: DVec3| (p - centre) / size;
         let area = |[a, b, c]: [DVec3; 3]| 0.5 * (b - a).cross(c - a).length();
-        let volume = |[a, b, c]: [DVec3; 3]| a.dot(b.cross(c)).abs() / 6.0;
-        let triangles: Vec<[DVec3; 3]> = body.faces().flat_map(|face| face.triangles()).collect();
-        let all_area: f64 = triangles.iter().map(|t| area(t.map(unit))).sum();
-        let all_volume: f64 = triangles.iter().map(|t| volume(t.map(unit))).sum();
-        // The area has both sides of a flat body.
-        if 2.0 * all_volume > FLAT * all_area * all_area.sqrt() {
-            let piece = |t: [DVec3; 3]| (volume(t.map(unit)) / all_volume, [t[0], t[1], t[2], inner]);
-            Self::Volume(triangles.into_iter().map(piece).collect())
-        } else if all_area > 0.0 {
-            Self::Area(triangles.into_iter().map(|t| (area(t.map(unit)) / all_area, t)).collect())
-        } else {
-            Self::Vertices(vertices.to_vec())
+        let triangles: Vec<Vec<[DVec3; 3]>> = bodies
+            .iter()
+            .map(|body| {
+                let of_body = body.faces().flat_map(|face| face.triangles().collect::<Vec<_>>());
+                of_body.map(|t| t.map(|q| q + body.origin())).collect()
+            })
+            .collect();
+        let solids = triangles.iter().zip(&inner).map(|(triangles, &inner)| {
+            let volume = |t: [DVec3; 3]| {
+                let [a, b, c] = t.map(|p| unit(p) - unit(inner));
+                a.dot(b.cross(c)).abs() / 6.0
+            };
+            let pieces: Vec<(f64, [DVec3; 4])> =
+                triangles.iter().map(|&t| (volume(t), [t[0], t[1], t[2], inner])).collect();
+            let surface: f64 = triangles.iter().map(|t| area(t.map(unit))).sum();
+            let volume: f64 = pieces.iter().map(|(share, _)| share).sum();
+            // The area has both sides of a flat body.
+            (2.0 * volume > FLAT * surface * surface.sqrt()).then_some(pieces)
+        });
+        let solids: Option<Vec<_>> = solids.collect();
+        let faces: Vec<(f64, [DVec3; 3])> =
+            triangles.into_iter().flatten().map(|t| (area(t.map(unit)), t)).filter(|(area, _)| *area > 0.0).collect();
+        match solids {
+            Some(pieces) if !pieces.is_empty() => Self::Volume(in_shares(pieces.into_iter().flatten().collect())),
+            _ if !faces.is_empty() => Self::Area(in_shares(faces)),
+            _ => Self::Vertices(world.into_iter().flatten().collect()),
         }
     }
 
     pub(crate) fn what(&self) -> &'static str {
         match self {
             Self::Volume(_) => {
-                "the body's volume: tetrahedra from its faces to an inner point, each cut into 512, with 4 points in each"
+                "the bodies' volume: tetrahedra from their faces to an inner point, each cut into 512, with 4 points in each"
             }
             Self::Area(_) => {
-                "the flat body's area: the triangles of its faces, each cut into 64, with 3 points in each"
+                "the area of all faces, as there is a flat body: their triangles, each cut into 64, with 3 points in each"
             }
-            Self::Vertices(_) => "the vertices: the body is a line or a point",
+            Self::Vertices(_) => "the vertices: the bodies are lines or points",
         }
     }
 
@@ -57,6 +76,16 @@ impl Quadrature {
             Self::Vertices(points) => points.iter().map(|&p| f(p)).sum::<f64>() / points.len() as f64,
         }
     }
+}
+
+fn middle(points: &[DVec3]) -> DVec3 {
+    points.iter().sum::<DVec3>() / points.len().max(1) as f64
+}
+
+/// The pieces, with shares of all in place of sizes.
+fn in_shares<P>(pieces: Vec<(f64, P)>) -> Vec<(f64, P)> {
+    let all: f64 = pieces.iter().map(|(size, _)| size).sum();
+    pieces.into_iter().map(|(size, piece)| (size / all, piece)).collect()
 }
 
 /// The mean over a tetrahedron, by the four points that are exact for polynomials of degree 2.

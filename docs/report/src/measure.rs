@@ -5,10 +5,11 @@ use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
 use serde::Serialize;
-use shadow_warp::glam::{DVec2, DVec3, DVec4};
-use shadow_warp::{Axes, Body, ClipSpace, ConvexBody, Error, Light, LightSpace, LitBody, Rule, ShadowMap, aliasing};
+use shadow_warp::glam::DVec3;
+use shadow_warp::{Body, ClipSpace, ConvexBody, Error, Fit, Light, LightSpace, LitBody, Rule, ShadowMap, aliasing};
 
 use crate::mean::Quadrature;
+use crate::place::{displacement, map_share};
 use scenes::{Job, Scene, TECHNIQUES, Technique};
 
 /// Everything that is reported about a scene.
@@ -55,10 +56,12 @@ pub(crate) struct Face {
     pub(crate) least_errors: Option<Least>,
 }
 
-/// The least errors that any spacing along and any warp across have on the view's axes, in pixels per texel.
+/// What a warp can reach on the scene's axes, in pixels per texel.
 #[derive(Clone, Copy, Serialize)]
 pub(crate) struct Least {
+    /// A lower bound along the warp, for maps on these axes with any spacing of texels.
     pub(crate) along: f64,
+    /// The least across the warp over all ratios, with this centre. No bound: a map with another centre may have less.
     pub(crate) across: f64,
 }
 
@@ -75,7 +78,8 @@ pub(crate) struct Row {
     clip_from_body: [f64; 16],
     body_origin: [f64; 3],
     pub(crate) worst_pixels_per_texel: f64,
-    /// The worst over the larger of the two least errors; only on the axes that these are for.
+    /// The worst over the larger of the two least errors, which are for this direction and centre of the warp: how much
+    /// other ratios could gain. Only on the axes that these are for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) worst_over_least: Option<f64>,
     pub(crate) mean_pixels_per_texel: f64,
@@ -88,9 +92,9 @@ pub(crate) struct Row {
     /// The scene, under the light that the map is for.
     #[serde(skip)]
     pub(crate) job: Job,
-    /// What is seen in the light.
+    /// What is seen in the light, of each box of receivers; those of which nothing is are left out.
     #[serde(skip)]
-    pub(crate) body: LitBody,
+    pub(crate) bodies: Vec<LitBody>,
     #[serde(skip)]
     pub(crate) map: ShadowMap,
 }
@@ -112,11 +116,15 @@ pub(crate) struct LightAxes {
     sin_gamma: f64,
 }
 
-/// Vertices in world space, and as the library keeps them: about an origin near by, with all their digits.
+/// Vertices in world space, and as the library keeps them: about an origin near by, with all their digits. Those of
+/// several bodies one after the other.
 #[derive(Serialize)]
 struct Bodies {
     receiver_vertices: Vec<[f64; 3]>,
     caster_vertices: Vec<[f64; 3]>,
+    /// Of each box of receivers, how many of the vertices are its body's.
+    receiver_counts: Vec<usize>,
+    caster_counts: Vec<usize>,
     origin: [f64; 3],
     receiver_vertices_from_origin: Vec<[f64; 3]>,
     caster_vertices_from_origin: Vec<[f64; 3]>,
@@ -147,7 +155,7 @@ pub(crate) enum Lit {
 const PARALLEL: f64 = 8.0 * f64::EPSILON;
 
 pub(crate) fn report(name: &str, scene: Scene, mut notes: Vec<String>, job: &Job) -> Result<Report> {
-    let seen = [job.seen()];
+    let seen = job.seen();
     let parts = job.parts().iter().map(|job| Part::new(job, &seen)).collect::<Result<Vec<Part>>>()?;
     notes.extend(parts.iter().filter_map(|part| part.note.clone()));
     // One reason for all of them, where there is nothing at all.
@@ -164,9 +172,9 @@ pub(crate) fn report(name: &str, scene: Scene, mut notes: Vec<String>, job: &Job
     // What is seen around a point light is cut by the range of no face; its casters are all that there are.
     let (body, least_errors) = match whole {
         Some(whole) => whole,
-        None => (Bodies::new(&seen[0], &Body::from_box(&job.casters, job.casters.min())?), None),
+        None => (Bodies::new(&seen, &[Body::from_box(&job.casters, job.casters.min())?]), None),
     };
-    let mean_over = techniques.first().map_or(Quadrature::of(&seen[0]), |row: &Row| Quadrature::of(&row.body)).what();
+    let mean_over = techniques.first().map_or(Quadrature::of(&seen), |row: &Row| Quadrature::of(&row.bodies)).what();
     let view = &job.view;
     Ok(Report {
         name: name.to_owned(),
@@ -203,9 +211,9 @@ struct Part {
 }
 
 impl Part {
-    fn new(job: &Job, seen: &[Body; 1]) -> Result<Self> {
+    fn new(job: &Job, seen: &[Body]) -> Result<Self> {
         let (fit, face) = (job.fit(seen), job.face);
-        let [lit] = fit.lit_receivers().collect::<Vec<_>>()[..] else { bail!("there must be one body") };
+        let lit: Vec<LitBody> = fit.lit_receivers().collect();
         let plain = match fit.solve(Rule::Uniform) {
             Ok(map) => map,
             Err(error @ (Error::NothingVisible | Error::NothingLit)) => {
@@ -216,10 +224,14 @@ impl Part {
             Err(error) => return Err(error).context("uniform"),
         };
         let body = match &job.light {
-            Light::Directional(_) => Bodies::new(&lit, &seen[0].casters(&job.light, &job.casters)?),
-            _ => Bodies::new(&lit, &plain.shown(&job.casters)),
+            Light::Directional(_) => {
+                let casters = seen.iter().map(|body| body.casters(&job.light, &job.casters));
+                Bodies::new(&lit, &casters.collect::<Result<Vec<_>, _>>()?)
+            }
+            _ => Bodies::new(&lit, &[plain.shown(&job.casters)]),
         };
-        let errors = fit.least_errors()?;
+        // Of all that is seen, as the worst is.
+        let errors = Fit { warp_depths: None, ..fit }.least_errors()?;
         let least = Least { along: errors.along, across: errors.across };
         let (mut techniques, mut refused) = (Vec::new(), Vec::new());
         for technique in TECHNIQUES {
@@ -242,19 +254,30 @@ impl Part {
 
 impl Bodies {
     fn new<const V: usize, const F: usize, const U: usize, const G: usize>(
-        receivers: &ConvexBody<V, F>,
-        casters: &ConvexBody<U, G>,
+        receivers: &[ConvexBody<V, F>],
+        casters: &[ConvexBody<U, G>],
     ) -> Self {
-        let origin = receivers.origin();
-        let moved = |vertices: &[DVec3], by: DVec3| vertices.iter().map(|v| (*v + by).to_array()).collect();
+        let origin = receivers.iter().find(|body| !body.is_empty()).or(receivers.first());
+        let origin = origin.map_or(DVec3::ZERO, ConvexBody::origin);
         Self {
-            receiver_vertices: moved(receivers.vertices(), origin),
-            caster_vertices: moved(casters.vertices(), casters.origin()),
+            receiver_vertices: vertices(receivers, DVec3::ZERO),
+            caster_vertices: vertices(casters, DVec3::ZERO),
+            receiver_counts: receivers.iter().map(|body| body.vertices().len()).collect(),
+            caster_counts: casters.iter().map(|body| body.vertices().len()).collect(),
             origin: origin.to_array(),
-            receiver_vertices_from_origin: moved(receivers.vertices(), DVec3::ZERO),
-            caster_vertices_from_origin: moved(casters.vertices(), casters.origin() - origin),
+            receiver_vertices_from_origin: vertices(receivers, origin),
+            caster_vertices_from_origin: vertices(casters, origin),
         }
     }
+}
+
+/// The vertices of bodies, one after the other, relative to a point.
+fn vertices<const V: usize, const F: usize>(bodies: &[ConvexBody<V, F>], origin: DVec3) -> Vec<[f64; 3]> {
+    let of_body = |body: &ConvexBody<V, F>| {
+        let by = body.origin() - origin;
+        body.vertices().iter().map(|v| (*v + by).to_array()).collect::<Vec<_>>()
+    };
+    bodies.iter().flat_map(of_body).collect()
 }
 
 impl Lit {
@@ -284,16 +307,16 @@ impl Row {
         view_axes: &LightSpace,
         least: &Least,
     ) -> Result<Self, Error> {
-        let fit = technique.fit(job.fit(seen));
+        let fit = technique.fit(job, seen);
         let map = fit.solve((technique.rule)(job)?)?;
-        let body = fit.lit_receivers().next().ok_or(Error::NothingVisible)?;
+        let bodies: Vec<LitBody> = fit.lit_receivers().filter(|body| !body.is_empty()).collect();
         let eye = job.view.eye();
         let matrix = |origin: DVec3| map.clip_from_world_at(origin, ClipSpace::WGPU).transpose().to_cols_array();
         let bound = |origin: DVec3| fit.rounding(&map, origin).truncate().max_element();
-        let per_texel = |q: DVec3| aliasing::pixels_per_texel(&map, &job.view, job.viewport, q + body.origin());
+        let per_texel = |p: DVec3| aliasing::pixels_per_texel(&map, &job.view, job.viewport, p);
         let (space, worst) = (map.light_space(), fit.worst_texel(&map));
         let over_least = worst / least.along.max(least.across);
-        let on_view_axes = technique.axes == Axes::View && space == *view_axes && over_least.is_finite();
+        let on_these_axes = fit.axes == job.axes.unwrap_or_default() && space == *view_axes && over_least.is_finite();
         Ok(Self {
             name: technique.name,
             face: job.face,
@@ -304,14 +327,14 @@ impl Row {
             clip_from_body: matrix(map.origin()),
             body_origin: map.origin().to_array(),
             worst_pixels_per_texel: worst,
-            worst_over_least: on_view_axes.then_some(over_least),
-            mean_pixels_per_texel: Quadrature::of(&body).mean(per_texel),
-            map_share: map_share(&map, &body),
+            worst_over_least: on_these_axes.then_some(over_least),
+            mean_pixels_per_texel: Quadrature::of(&bodies).mean(per_texel),
+            map_share: map_share(&map, &bodies),
             setup_ns: setup_ns(technique, job),
             f32_texels: Rounding {
-                eye: displacement(&map, &body, eye),
+                eye: displacement(&map, &bodies, eye),
                 eye_bound: bound(eye),
-                world: displacement(&map, &body, DVec3::ZERO),
+                world: displacement(&map, &bodies, DVec3::ZERO),
                 world_bound: bound(DVec3::ZERO),
             },
             light_space: LightAxes {
@@ -321,36 +344,11 @@ impl Row {
                 sin_gamma: space.sin_gamma,
             },
             technique,
-            job: *job,
-            body,
+            job: job.clone(),
+            bodies,
             map,
         })
     }
-}
-
-/// Returns the share of the map that the receivers cover. Seen from the light a convex body covers each point with
-/// two of its faces, so its picture is half as large as those of all faces together.
-fn map_share(map: &ShadowMap, body: &LitBody) -> f64 {
-    let clip = map.clip_from_world_at(body.origin(), ClipSpace::WGPU);
-    let project = |q: DVec3| clip.project_point3(q).truncate();
-    let area = |[a, b, c]: [DVec2; 3]| 0.5 * (b - a).perp_dot(c - a).abs();
-    let faces: f64 = body.faces().flat_map(|face| face.triangles()).map(|t| area(t.map(project))).sum();
-    0.5 * faces / 4.0
-}
-
-/// Returns how far the vertices move in the map, in texels, with matrix, positions and products in `f32`.
-fn displacement(map: &ShadowMap, body: &LitBody, origin: DVec3) -> f64 {
-    let half_size = DVec2::from(map.size().map(f64::from)) * 0.5;
-    let exact = map.clip_from_world_at(body.origin(), ClipSpace::WGPU);
-    let rounded = map.clip_from_world_at(origin, ClipSpace::WGPU).as_mat4();
-    let ndc = |clip: DVec4| clip.truncate().truncate() / clip.w;
-    let moved = body.vertices().iter().map(|&q| {
-        let p = (q + (body.origin() - origin)).as_vec3();
-        let displaced = ndc((rounded * p.extend(1.0)).as_dvec4()) - ndc(exact * q.extend(1.0));
-        (displaced * half_size).abs().max_element()
-    });
-    // `f64::max` would drop a NaN, which means that `f32` cannot hold the scene.
-    moved.fold(0.0, |worst, x| if x <= worst { worst } else { x })
 }
 
 const BATCHES: u32 = 301;
@@ -359,9 +357,11 @@ const RUNS_PER_BATCH: u32 = 16;
 /// Returns the time from a view to a fitted map, in nanoseconds: the mean of the fastest batch, which was
 /// disturbed least.
 fn setup_ns(technique: &Technique, job: &Job) -> f64 {
-    let solve = || {
-        let receivers = [Body::visible(black_box(&job.view), black_box(&job.receivers))];
-        technique.fit(job.fit(&receivers)).solve(black_box((technique.rule)(job)?))
+    let mut receivers = Vec::with_capacity(job.receivers.len());
+    let mut solve = || {
+        receivers.clear();
+        receivers.extend(black_box(&job.receivers).iter().map(|bounds| Body::visible(black_box(&job.view), bounds)));
+        technique.fit(job, &receivers).solve(black_box((technique.rule)(job)?))
     };
     let batches = (0..BATCHES).map(|_| {
         let start = Instant::now();

@@ -4,13 +4,13 @@ use anyhow::Result;
 use base64::Engine;
 use conformance::pictures::{HEAT, Image, Pictures, heat};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
-use shadow_warp::Lens;
+use shadow_warp::{Lens, NearDepth};
 
 use crate::measure::{Least, Lit, Report, Row};
 use crate::picture::{BODY, Drawing, EYE, TEXELS, WARP, WORLD};
 use crate::plot;
 use crate::rendered::Rendered;
-use crate::table::{COLUMNS, least_errors, plain, without_map};
+use crate::table::{ACROSS, COLUMNS, least_errors, plain, without_map};
 use scenes::Job;
 
 const STYLE: &str = "
@@ -153,13 +153,30 @@ fn facts(job: &Job, report: &Report) -> Markup {
                     "; near " (plain(view.near())) ", far " (plain(view.far()))
                 } }
                 tr { th { "Light" } td { (light) } }
-                tr { th { "Receivers" } td { (cuboid(&job.receivers)) } }
+                @for receivers in &job.receivers { tr { th { "Receivers" } td { (cuboid(receivers)) } } }
                 tr { th { "Casters" } td { (cuboid(&job.casters)) } }
                 tr { th { "Sizes" } td { "map " (map_x) " x " (map_y) " texels, picture " (width) " x " (height) " pixels" } }
+                @for (what, value) in options(job) { tr { th { (what) } td { (value) } } }
                 @for note in &report.notes { tr { th { "Note" } td { (note) } } }
             }
         }
     }
+}
+
+/// What the scene says that it need not say.
+fn options(job: &Job) -> Vec<(&'static str, String)> {
+    let mut options = Vec::new();
+    if let Some(axes) = job.axes {
+        options
+            .push(("Axes", format!("{axes:?}, of every technique, whatever its name; psm and plane have their own")));
+    }
+    if job.near_depth == NearDepth::Receivers {
+        options.push(("Near plane", "at the receivers; casters before it are drawn with depth clamp".to_owned()));
+    }
+    if let Some([near, far]) = job.warp_depths {
+        options.push(("Warp", format!("chosen for depths from {} to {}", plain(near), plain(far))));
+    }
+    options
 }
 
 fn results(report: &Report) -> Markup {
@@ -183,7 +200,7 @@ fn results(report: &Report) -> Markup {
             }
             @for line in without_map(report) { p { (line) } }
             @for (what, Least { along, across }) in least_errors(report) { p.caption {
-                "Least possible" (what) ": " (plain(along)) " px/texel along the warp, " (plain(across)) " across."
+                "Least" (what) ": " (plain(along)) " px/texel along, " (plain(across)) " " (ACROSS) "."
             } }
             p.caption { "The mean is taken over " (report.mean_over) "." }
         }

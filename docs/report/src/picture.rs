@@ -24,7 +24,7 @@ const CELLS: u32 = 16;
 /// place, the plane at a distance of 1, relative to its axis.
 pub(crate) struct Drawing<'a> {
     job: &'a Job,
-    body: &'a LitBody,
+    bodies: &'a [LitBody],
     map: &'a ShadowMap,
     /// Points are drawn as far as they are this far along the axis of a light with a place.
     nearest: f64,
@@ -102,7 +102,7 @@ impl Panel {
 
 impl<'a> Drawing<'a> {
     pub(crate) fn new(row: &'a Row) -> Self {
-        let Row { job, body, map, .. } = row;
+        let Row { job, bodies, map, .. } = row;
         let space = map.light_space();
         let place = place(&job.light);
         let rows = map.clip_from_world_at(place.unwrap_or(map.origin()), ClipSpace::WGPU).transpose();
@@ -113,9 +113,9 @@ impl<'a> Drawing<'a> {
         let clip_from_plane = DMat3::from_cols(line(rows.x_axis), line(rows.y_axis), line(rows.w_axis)).transpose();
         let plane_from_clip = clip_from_plane.inverse();
         let (nearest, middle, half) = (1.0, DVec2::ZERO, 1.0);
-        let mut drawing = Self { job, body, map, nearest, clip_from_plane, plane_from_clip, middle, half };
+        let mut drawing = Self { job, bodies, map, nearest, clip_from_plane, plane_from_clip, middle, half };
 
-        let flat: Vec<DVec3> = body.vertices().iter().map(|&q| drawing.flat(q + body.origin())).collect();
+        let flat: Vec<DVec3> = drawing.vertices().map(|p| drawing.flat(p)).collect();
         drawing.nearest = flat.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
         let seen: Vec<DVec2> = flat.iter().map(|p| p.truncate() / p.z).collect();
         let (low, high) = bounds(&seen);
@@ -181,21 +181,25 @@ impl<'a> Drawing<'a> {
     }
 
     fn draw_scene(&self, panel: &mut Panel, panel_from_plane: &DMat3) {
-        let vertices: Vec<DVec3> = self.body.vertices().iter().map(|&q| q + self.body.origin()).collect();
         let line = |ends: [DVec3; 2]| self.project(panel_from_plane, ends);
         let point = |p: DVec3| line([p, p]).map(|[p, _]| p);
-        for face in self.body.faces() {
-            let corners: Vec<DVec2> = face.corners().filter_map(|v| point(vertices[v])).collect();
-            panel.fill(&corners, BODY, 0.09);
+        for body in self.bodies {
+            for face in body.faces() {
+                let corner = |v: usize| point(body.vertices()[v] + body.origin());
+                let corners: Vec<DVec2> = face.corners().filter_map(corner).collect();
+                panel.fill(&corners, BODY, 0.09);
+            }
         }
         for edge in frustum_edges(&self.job.view, self.depth_reach()) {
             if let Some(ends) = line(edge) {
                 panel.line(ends, EYE, 1.4, "6 4");
             }
         }
-        for (a, b) in self.body.edges() {
-            if let Some(ends) = line([vertices[a], vertices[b]]) {
-                panel.line(ends, BODY, 1.5, "none");
+        for body in self.bodies {
+            for (a, b) in body.edges() {
+                if let Some(ends) = line([a, b].map(|v| body.vertices()[v] + body.origin())) {
+                    panel.line(ends, BODY, 1.5, "none");
+                }
             }
         }
         if let Some(eye) = point(self.job.view.eye()) {
@@ -250,9 +254,17 @@ impl<'a> Drawing<'a> {
     /// How far to draw the edges of a camera's volume that may have no end.
     fn depth_reach(&self) -> f64 {
         let view = &self.job.view;
-        let [_, far] = self.body.bounds_along(view.forward()).unwrap_or([0.0, 1.0]);
-        let far = far + view.forward().dot(self.body.origin() - view.eye());
+        let far = |body: &LitBody| {
+            let [_, far] = body.bounds_along(view.forward())?;
+            Some(far + view.forward().dot(body.origin() - view.eye()))
+        };
+        let far = self.bodies.iter().filter_map(far).reduce(f64::max).unwrap_or(1.0);
         view.far().min(far + (far - view.near()).abs())
+    }
+
+    /// The vertices of all bodies, in world space.
+    fn vertices(&self) -> impl Iterator<Item = DVec3> + '_ {
+        self.bodies.iter().flat_map(|body| body.vertices().iter().map(|&q| q + body.origin()))
     }
 }
 

@@ -37,7 +37,7 @@ type Curve = Vec<(f64, f64)>;
 /// is the technique's worst in the table.
 pub(crate) fn depth_plot(rows: &[Row]) -> Result<String> {
     let first = rows.first().context("a plot has curves")?;
-    let depths = depths(&first.job, &first.body);
+    let depths = depths(&first.job, &first.bodies);
     let curve = |row: &Row| depths.iter().filter_map(|&z| Some((z, worst_at(row, z)?))).collect();
     let curves: Vec<Curve> = rows.iter().map(curve).collect();
     let values = curves.iter().flatten().map(|point| point.1);
@@ -116,9 +116,10 @@ fn logarithmic(low: f64, high: f64) -> WithKeyPoints<LogCoord<f64>> {
     (low..high).log_scale().with_key_points(marks)
 }
 
-/// The depths of the curves' points: evenly spread on the axis, and those of the body's vertices, where the peaks are.
-fn depths(job: &Job, body: &LitBody) -> Vec<f64> {
-    let mut depths: Vec<f64> = body.vertices().iter().map(|&q| job.depth(body, q)).collect();
+/// The depths of the curves' points: evenly spread on the axis, and those of the bodies' vertices, where the peaks are.
+fn depths(job: &Job, bodies: &[LitBody]) -> Vec<f64> {
+    let of_body = |body: &LitBody| body.vertices().iter().map(|&q| job.depth(body, q)).collect::<Vec<_>>();
+    let mut depths: Vec<f64> = bodies.iter().flat_map(of_body).collect();
     depths.sort_by(f64::total_cmp);
     if let (Some(&near), Some(&far)) = (depths.first(), depths.last()) {
         let step = |i: u32| {
@@ -132,10 +133,15 @@ fn depths(job: &Job, body: &LitBody) -> Vec<f64> {
     depths
 }
 
-/// The worst point of the body's section at a depth. On a section pixels per texel are a convex function, so the worst
-/// point is a corner: where an edge crosses.
+/// The worst point of the bodies' sections at a depth, if there are some.
 fn worst_at(row: &Row, z: f64) -> Option<f64> {
-    let Row { job, body, .. } = row;
+    row.bodies.iter().filter_map(|body| worst_of(row, body, z)).reduce(f64::max)
+}
+
+/// The worst point of a body's section at a depth. On a section pixels per texel are a convex function, so the worst
+/// point is a corner: where an edge crosses.
+fn worst_of(row: &Row, body: &LitBody, z: f64) -> Option<f64> {
+    let job = &row.job;
     let vertices = body.vertices();
     let crossings = body.edges().filter_map(|(a, b)| {
         let (p, q) = (vertices[a], vertices[b]);

@@ -117,7 +117,8 @@ const ENTRIES: [Entry; 8] = [
     Entry { name: "optimal, middle vector", axes: Axes::Middle, rule: Rule::OPTIMAL },
 ];
 
-/// Worst pixels per texel of each entry, where it does not refuse, and the least that any map on the view's axes can have.
+/// Worst pixels per texel of each entry, where it does not refuse, and the least that any ratio and spacing can have on the
+/// view's axes, with their centre.
 struct Outcome {
     worst: [Option<f64>; ENTRIES.len()],
     bound: f64,
@@ -182,8 +183,9 @@ pub(crate) fn page() -> Result<String> {
     let gaps = sorted(all.iter().filter_map(|o| Some(o.worst[OPTIMAL]? / o.bound)));
     let _ = writeln!(
         page,
-        "\nNo map on the view's axes, with whatever warp and spacing, can be better than `optimal` by more than {}x in the median \
-         setting, {}x in nine of ten, and {}x in any of them (the lower bound, `Fit::least_errors`).",
+        "\nNo map with the view's axes and the centre of these warps, whatever its ratio and its spacing of texels, can be better than \
+         `optimal` by more than {}x in the median setting, {}x in nine of ten, and {}x in any of them (`Fit::least_errors`). A map \
+         with another centre may.",
         short(quantile(&gaps, 0.5)),
         short(quantile(&gaps, 0.9)),
         short(quantile(&gaps, 1.0))

@@ -35,8 +35,9 @@ pub(crate) const COLUMNS: &[Column] = &[
     Column {
         title: "over least",
         unit: "times",
-        meaning: "the worst over the least possible: over the larger of two bounds, along the warp for any spacing of texels (not \
-                  only by a warp), and across it for any warp. For maps on the view's own axes, which the bounds are for",
+        meaning: "the worst over the larger of the two least errors below. They are for one direction and one centre of the warp, \
+                  so this says what other ratios could gain, and no more: a map with another centre may have less across. Only \
+                  for maps on the axes that they are for",
         cell: |row| row.worst_over_least.map_or("-".to_owned(), short),
     },
     Column {
@@ -127,6 +128,10 @@ pub(crate) fn without_map(report: &Report) -> Vec<String> {
     faces.chain(refused).collect()
 }
 
+/// What the least error across is, and is not.
+pub(crate) const ACROSS: &str =
+    "across over ratios, with this centre (along is a bound for any spacing of texels on these axes; across is none)";
+
 /// The least errors, with the name of the face of a point light.
 pub(crate) fn least_errors(report: &Report) -> Vec<(String, Least)> {
     let faces = report.faces.iter().filter_map(|face| Some((format!(" on face {}", face.face), face.least_errors?)));
@@ -163,8 +168,7 @@ pub(crate) fn text(report: &Report) -> String {
         let _ = writeln!(out, "{line}");
     }
     for (what, Least { along, across }) in least_errors(report) {
-        let _ =
-            writeln!(out, "least possible{what}: {} px/texel along the warp, {} across.", short(along), short(across));
+        let _ = writeln!(out, "least{what}: {} px/texel along, {} {ACROSS}.", short(along), short(across));
     }
     let _ = writeln!(out, "mean over {}.", report.mean_over);
     let _ = writeln!(out, "setup: the fastest of 301 batches of 16 runs, from the camera to the matrix.");

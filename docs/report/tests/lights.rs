@@ -56,7 +56,8 @@ fn a_spot_light_has_a_table() {
     let output = report(&["--scene", "-", "--out", &paths[0], "--figures", &paths[1]], &scene.to_string());
     let table = String::from_utf8(output.stdout).unwrap();
     assert!(
-        table.contains("psm has no map: a perspective shadow map") && table.contains("least possible: "),
+        table.contains("psm has no map: a perspective shadow map")
+            && table.contains(" across over ratios, with this centre"),
         "{table}"
     );
     let html = std::fs::read_to_string(&page).unwrap();

@@ -1,26 +1,26 @@
 //! A scene from a glTF file: its bounds, its triangles, its first camera, its first directional light.
 
-use std::path::{Path, PathBuf};
+mod file;
+mod geometry;
+mod viewpoint;
 
-use anyhow::{Context, Result, anyhow, ensure};
-use base64::Engine;
-use gltf::accessor::{Accessor, DataType, Dimensions};
-use gltf::buffer::Source;
+use std::path::Path;
+
+use anyhow::{Context, Result, ensure};
 use gltf::camera::Projection;
-use gltf::json::validation::Checked;
 use gltf::khr_lights_punctual::Kind;
-use gltf::mesh::{Mode, Primitive};
 use gltf::scene::Transform;
 use gltf::{Node, Semantic};
 use shadow_warp::glam::{DMat4, DQuat, DVec3, DVec4};
 
+use self::file::File;
+use self::viewpoint::ASPECT;
 use crate::scene::{Camera, Cuboid, Lamp, Orthographic, Scene};
 
 const MAP: [u32; 2] = [1024, 1024];
 const PICTURE_HEIGHT: f64 = 1080.0;
-const ASPECT: f64 = 16.0 / 9.0;
-/// From the side and a little behind the made-up camera, which looks along +x or +z.
-const SUN: [f64; 3] = [-0.3, 0.8, -0.5];
+/// From the side and a little behind a camera that looks along +x or +z.
+const SUN: DVec3 = DVec3::new(-0.3, 0.8, -0.5);
 
 /// What the node tree holds, in world space.
 struct Found {
@@ -31,6 +31,7 @@ struct Found {
     /// Indices of the nodes that hold one.
     meshes: Vec<(usize, DMat4)>,
     skinned: bool,
+    morphed: bool,
 }
 
 /// A glTF file that has been read, but for its buffers.
@@ -39,25 +40,23 @@ pub struct GltfScene {
     pub scene: Scene,
     /// What was made up, and how the file was taken.
     pub notes: Vec<String>,
-    document: gltf::Document,
-    /// What a binary file holds after its JSON.
-    blob: Option<Vec<u8>>,
-    folder: PathBuf,
+    file: File,
     meshes: Vec<(usize, DMat4)>,
 }
 
 impl GltfScene {
-    /// Reads a file. Needs neither buffers nor images: accessors carry their bounds.
+    /// Reads a file. Accessors carry their bounds: only a camera that has to be made up needs buffers, and does
+    /// without where they cannot be read. Images are never needed.
     ///
     /// # Errors
-    /// If the file cannot be read, is no glTF, or holds no mesh with positions at finite places.
+    /// If the file cannot be read, is no glTF 2.0, requires an extension that may change or hide its geometry, or holds
+    /// no mesh with positions at finite places.
     pub fn read(path: &Path) -> Result<Self> {
-        let (document, blob) = open(path)?;
-        let found = walk(&document)?;
+        let file = File::open(path)?;
+        let found = walk(&file.document)?;
         ensure!(found.low.cmple(found.high).all(), "scene: holds no mesh with positions");
-        let (scene, notes) = found.scene();
-        let folder = path.parent().unwrap_or(Path::new("")).to_owned();
-        Ok(Self { scene, notes, document, blob, folder, meshes: found.meshes })
+        let (scene, notes) = found.scene(&file);
+        Ok(Self { scene, notes, file, meshes: found.meshes })
     }
 
     /// Returns the triangles of all meshes, in world space.
@@ -65,148 +64,48 @@ impl GltfScene {
     /// # Errors
     /// If a buffer cannot be read, or a mesh refers to what is not in it.
     pub fn triangles(&self) -> Result<Vec<[DVec3; 3]>> {
-        let buffers: Vec<Vec<u8>> =
-            self.document.buffers().map(|buffer| self.buffer(&buffer)).collect::<Result<_>>()?;
-        let mut triangles = Vec::new();
-        for (node, world) in &self.meshes {
-            let mesh =
-                self.document.nodes().nth(*node).and_then(|node| node.mesh()).context("a node has lost its mesh")?;
-            for part in mesh.primitives() {
-                let name = || format!("meshes[{}].primitives[{}]", mesh.index(), part.index());
-                triangles.extend(part_triangles(&part, &buffers, world).with_context(name)?);
-            }
-        }
-        Ok(triangles)
+        self.file.triangles(&self.meshes)
     }
-
-    fn buffer(&self, buffer: &gltf::Buffer) -> Result<Vec<u8>> {
-        let name = || format!("buffers[{}]", buffer.index());
-        match buffer.source() {
-            Source::Bin => self.blob.clone().with_context(|| format!("{}: the file holds no data", name())),
-            Source::Uri(uri) => match uri.strip_prefix("data:") {
-                Some(rest) => {
-                    let (_, data) =
-                        rest.split_once(";base64,").with_context(|| format!("{}: must be base64", name()))?;
-                    base64::engine::general_purpose::STANDARD.decode(data).with_context(name)
-                }
-                None => {
-                    let name = || format!("{}: {uri}", name());
-                    let path = self.folder.join(&*urlencoding::decode(uri).with_context(name)?);
-                    ensure!(std::fs::metadata(&path).with_context(name)?.is_file(), "{} must be a file", name());
-                    std::fs::read(path).with_context(name)
-                }
-            },
-        }
-    }
-}
-
-fn part_triangles(part: &Primitive, buffers: &[Vec<u8>], world: &DMat4) -> Result<Vec<[DVec3; 3]>> {
-    // A part without positions is drawn by an extension, if at all.
-    let Some(positions) = part.get(&Semantic::Positions) else { return Ok(Vec::new()) };
-    // The reader takes these for granted.
-    let is_float = positions.data_type() == DataType::F32 && positions.dimensions() == Dimensions::Vec3;
-    ensure!(is_float && is_readable(&positions), "POSITION must be floats in threes, in their buffer view");
-    let reader = part.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
-    let positions = reader.read_positions().context("POSITION must lie in its buffer")?;
-    let points: Vec<DVec3> = positions.map(|p| world.transform_point3(DVec3::from(p.map(f64::from)))).collect();
-    ensure!(points.iter().all(|p| p.is_finite()), "POSITION must be finite");
-    let order: Vec<usize> = match part.indices() {
-        Some(indices) => {
-            let is_whole = matches!(indices.data_type(), DataType::U8 | DataType::U16 | DataType::U32);
-            let is_index = is_whole && indices.dimensions() == Dimensions::Scalar;
-            ensure!(is_index && is_readable(&indices), "indices must be unsigned integers, in their buffer view");
-            let indices = reader.read_indices().context("indices must lie in their buffer")?;
-            indices.into_u32().map(|i| i as usize).collect()
-        }
-        None => (0..points.len()).collect(),
-    };
-    let corners: Vec<[usize; 3]> = match part.mode() {
-        Mode::Triangles => order.chunks_exact(3).map(|t| [t[0], t[1], t[2]]).collect(),
-        // Every other triangle of a strip has its corners in the other order.
-        Mode::TriangleStrip => (order.windows(3).enumerate())
-            .map(|(i, t)| if i % 2 == 0 { [t[0], t[1], t[2]] } else { [t[1], t[0], t[2]] })
-            .collect(),
-        Mode::TriangleFan => match order.split_first() {
-            Some((&first, rest)) => rest.windows(2).map(|t| [first, t[0], t[1]]).collect(),
-            None => Vec::new(),
-        },
-        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => Vec::new(),
-    };
-    // A mirrored node turns its triangles' winding about, which glTF says to undo.
-    let mirrored = world.determinant() < 0.0;
-    let triangle = |[a, b, c]: [usize; 3]| {
-        let point = |i: usize| points.get(i).copied().ok_or_else(|| anyhow!("index {i} is beyond the positions"));
-        let (b, c) = if mirrored { (c, b) } else { (b, c) };
-        Ok([point(a)?, point(b)?, point(c)?])
-    };
-    corners.into_iter().map(triangle).collect()
-}
-
-/// Whether an accessor has elements, not too many, and they lie in its buffer view.
-fn is_readable(accessor: &Accessor) -> bool {
-    const MOST: usize = 1 << 26;
-    let (count, size) = (accessor.count(), accessor.size());
-    let fits = |view: gltf::buffer::View| {
-        let stride = view.stride().unwrap_or(size);
-        let end = stride.checked_mul(count - 1)?.checked_add(size)?.checked_add(accessor.offset())?;
-        Some(stride >= size && end <= view.length() && view.offset().checked_add(view.length())? <= isize::MAX as usize)
-    };
-    let is_sparse_enough = accessor.sparse().is_none_or(|sparse| (1..=count).contains(&sparse.count()));
-    (1..=MOST).contains(&count) && is_sparse_enough && accessor.view().is_none_or(|view| fits(view) == Some(true))
 }
 
 impl Found {
     /// The scene, and what was not in the file.
-    fn scene(&self) -> (Scene, Vec<String>) {
+    fn scene(&self, file: &File) -> (Scene, Vec<String>) {
         let mut notes = vec!["Bounds: the box around the boxes of all meshes; it casts and it receives.".to_owned()];
         if self.skinned {
             notes.push("Skinned meshes are taken as they are stored, without their skin.".to_owned());
         }
+        if self.morphed {
+            notes.push("Meshes with morph targets are taken as they are stored, without these.".to_owned());
+        }
+        let sun = self.to_lights.first().copied().unwrap_or(SUN);
         let (view, aspect) = match self.cameras.as_slice() {
             [] => {
-                notes.push("Camera: made up from the bounds; the file has none.".to_owned());
-                (made_up_camera(self.low, self.high), ASPECT)
+                let triangles = file.triangles(&self.meshes).unwrap_or_default();
+                let (camera, count) = viewpoint::made_up(self.low, self.high, &triangles, sun);
+                let which = if triangles.is_empty() {
+                    "from the bounds".to_owned()
+                } else {
+                    format!("the one of {count} about the bounds whose picture tells most")
+                };
+                notes.push(format!("Camera: made up, {which}; the file has none."));
+                (camera, ASPECT)
             }
             [first, rest @ ..] => {
                 notes.push(format!("Camera: the file's first ({} in all).", rest.len() + 1));
                 first.clone()
             }
         };
-        let to_light = match self.to_lights.as_slice() {
-            [] => {
-                notes.push("Light: made up; the file has no directional one.".to_owned());
-                SUN
-            }
-            [first, rest @ ..] => {
-                notes.push(format!("Light: the file's first directional one ({} in all).", rest.len() + 1));
-                first.to_array()
-            }
-        };
+        notes.push(match self.to_lights.len() {
+            0 => "Light: made up; the file has no directional one.".to_owned(),
+            count => format!("Light: the file's first directional one ({count} in all)."),
+        });
         let bounds = Cuboid { min: self.low.to_array(), max: self.high.to_array() };
         // The cast saturates, and a picture has at least one pixel.
         let viewport = [(PICTURE_HEIGHT * aspect).round() as u32, PICTURE_HEIGHT as u32].map(|pixels| pixels.max(1));
-        let light = Lamp::directional(to_light);
-        (Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport }, notes)
+        let light = Lamp::directional(sun.to_array());
+        (Scene::new(view, light, bounds.into(), bounds.into(), MAP, viewport), notes)
     }
-}
-
-fn open(path: &Path) -> Result<(gltf::Document, Option<Vec<u8>>)> {
-    let bytes = std::fs::read(path)?;
-    // A binary file's header says how long the file is, itself included; the reader takes that for granted.
-    let is_binary = bytes.starts_with(b"glTF");
-    let length = bytes.get(8..12).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]]));
-    ensure!(!is_binary || length.is_some_and(|length| length >= 12), "the file is shorter than its header");
-    let gltf::Gltf { document, blob } = gltf::Gltf::from_slice_without_validation(&bytes)?;
-    let root = document.into_json();
-    // The validation that follows looks positions up before it checks that they are there.
-    for (i, mesh) in root.meshes.iter().enumerate() {
-        for (j, primitive) in mesh.primitives.iter().enumerate() {
-            let positions = primitive.attributes.get(&Checked::Valid(Semantic::Positions));
-            let there = positions.is_none_or(|accessor| accessor.value() < root.accessors.len());
-            ensure!(there, "meshes[{i}].primitives[{j}].attributes.POSITION must be the index of an accessor");
-        }
-    }
-    Ok((gltf::Document::from_json(root)?, blob))
 }
 
 fn walk(document: &gltf::Document) -> Result<Found> {
@@ -218,6 +117,7 @@ fn walk(document: &gltf::Document) -> Result<Found> {
         to_lights: Vec::new(),
         meshes: Vec::new(),
         skinned: false,
+        morphed: false,
     };
     let mut seen = vec![false; document.nodes().len()];
     let mut stack: Vec<(Node, DMat4)> = scene.nodes().map(|node| (node, DMat4::IDENTITY)).collect();
@@ -242,15 +142,14 @@ impl Found {
         if node.mesh().is_some() {
             self.meshes.push((node.index(), world));
         }
-        let positions = node
-            .mesh()
-            .into_iter()
-            .flat_map(|mesh| mesh.primitives().filter_map(|part| part.get(&Semantic::Positions)).collect::<Vec<_>>());
+        let parts: Vec<_> = node.mesh().into_iter().flat_map(|mesh| mesh.primitives()).collect();
+        self.morphed |= parts.iter().any(|part| part.morph_targets().len() > 0);
+        let positions: Vec<_> = parts.iter().filter_map(|part| part.get(&Semantic::Positions)).collect();
         for accessor in positions {
             let corner = |value: Option<gltf::json::Value>, which: &str| {
                 let numbers = value.and_then(|value| serde_json::from_value::<[f64; 3]>(value).ok());
                 let name = || format!("accessors[{}].{which} must be three numbers", accessor.index());
-                numbers.map(DVec3::from).with_context(name)
+                numbers.map(|numbers| geometry::in_units(&accessor, numbers)).with_context(name)
             };
             let (low, high) = (corner(accessor.min(), "min")?, corner(accessor.max(), "max")?);
             for bits in 0..8 {
@@ -301,25 +200,5 @@ fn camera_of(projection: Projection, frame: [DVec3; 3]) -> (Camera, f64) {
             let orthographic = Some(Orthographic { width, height });
             (Camera { orthographic, near, far, ..pieces }, width / height)
         }
-    }
-}
-
-/// Looks along the longer horizontal axis, down at the middle, from a little above and before one end of the box.
-fn made_up_camera(low: DVec3, high: DVec3) -> Camera {
-    let (size, middle) = (high - low, low + 0.5 * (high - low));
-    let along = if size.x > size.z { DVec3::X } else { DVec3::Z };
-    let length = if size.max_element() > 0.0 { size.max_element() } else { 1.0 };
-    let above = DVec3::Y * (0.5 * size.y + 0.1 * length);
-    let eye = middle + above - along * (0.5 * size.dot(along) + 0.05 * length);
-    let forward = middle - eye;
-    Camera {
-        eye: eye.to_array(),
-        forward: forward.to_array(),
-        up: DVec3::Y.to_array(),
-        fov_y_deg: Some(50.0),
-        aspect: Some(ASPECT),
-        near: length / 200.0,
-        far: None,
-        ..Camera::default()
     }
 }

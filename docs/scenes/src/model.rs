@@ -7,7 +7,7 @@ use fastrand::Rng;
 use shadow_warp::glam::{DVec2, DVec3};
 
 use crate::gltf_scene::GltfScene;
-use crate::scene::{Camera, Cuboid, Lamp, Point, Scene, Spot};
+use crate::scene::{Boxes, Camera, Cuboid, Lamp, Point, Scene, Spot};
 use crate::solid::{Triangles, cuboid, floor, frustum, turned};
 
 /// A scene that can be drawn. Triangles run counter-clockwise as seen from outside.
@@ -33,31 +33,24 @@ impl Model {
         let down = DVec2::from_angle(-20_f64.to_radians());
         let view = camera([0.0, 20.0, -190.0], [0.0, down.y, down.x], 60.0, 1.0, Some(400.0));
         let light = Lamp::directional([0.4, 0.866, -0.3]);
-        Self::furnished(
-            "ground",
-            Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT },
-        )
+        Self::furnished("ground", scene(view, light, [bounds; 2]))
     }
 
     /// Returns a scene with made-up contents: a ground over the bottom of the receivers' box, and poles and boxes in
-    /// the casters' box.
+    /// the casters' box. Where a scene has a list of boxes in place of one, each of them is a solid.
     #[must_use]
     pub fn furnished(name: &str, scene: Scene) -> Self {
-        let (low, high) = (DVec3::from(scene.casters.min), DVec3::from(scene.casters.max));
-        let (size, mut random) = (high - low, Rng::with_seed(4));
-        let mut triangles = floor(scene.receivers.min.into(), scene.receivers.max.into());
-        const ROWS: u32 = 8;
-        let cell = size / f64::from(ROWS);
-        for (i, j) in (0..ROWS).flat_map(|i| (0..ROWS).map(move |j| (i, j))) {
-            let middle = low + cell * DVec3::new(f64::from(i) + 0.5, 0.0, f64::from(j) + 0.5);
-            let half = if (i + j) % 2 == 0 {
-                DVec3::new(0.02, 0.25 + 0.25 * random.f64(), 0.02)
-            } else {
-                DVec3::new(0.08 + 0.17 * random.f64(), 0.03 + 0.12 * random.f64(), 0.08 + 0.17 * random.f64())
-            };
-            let half = half * DVec3::new(cell.x, size.y, cell.z);
-            triangles.extend(cuboid(middle - half.with_y(0.0), middle + half * DVec3::new(1.0, 2.0, 1.0)));
-        }
+        let solids = |list: &[Cuboid]| {
+            list.iter().flat_map(|solid| cuboid(solid.min.into(), solid.max.into())).collect::<Triangles>()
+        };
+        let mut triangles = match &scene.receivers {
+            Boxes::One(bounds) => floor(bounds.min.into(), bounds.max.into()),
+            Boxes::Many(list) => solids(list),
+        };
+        triangles.extend(match &scene.casters {
+            Boxes::One(bounds) => furniture(bounds.min.into(), bounds.max.into()),
+            Boxes::Many(list) => solids(list),
+        });
         Self { name: name.to_owned(), scene, triangles }
     }
 
@@ -79,7 +72,7 @@ impl Model {
         let receivers = Cuboid { max: [210.0, 3.0, 210.0], ..bounds };
         let view = camera([-12.0, 3.0, -205.0], [0.06, 0.0, 1.0], 60.0, 0.5, Some(600.0));
         let light = Lamp::directional([0.6, 0.7, 0.4]);
-        let scene = Scene { view, light, casters: bounds, receivers, map: MAP, viewport: VIEWPORT };
+        let scene = scene(view, light, [bounds, receivers]);
         Self { name: "town".to_owned(), scene, triangles }
     }
 
@@ -98,7 +91,7 @@ impl Model {
         }
         let view = camera([0.0, 1.7, 1.0], [0.0, 0.0, 1.0], 50.0, 0.2, None);
         let light = Lamp::directional([0.8, 0.45, 0.25]);
-        let scene = Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT };
+        let scene = scene(view, light, [bounds; 2]);
         Self { name: "avenue".to_owned(), scene, triangles }
     }
 
@@ -126,7 +119,7 @@ impl Model {
         let spot =
             Spot { position: [6.0, 7.0, -2.0], direction: [-6.0, -7.0, 2.5], outer_deg: 40.0, near: 1.0, range: 30.0 };
         let light = Lamp { spot: Some(spot), ..Lamp::default() };
-        let scene = Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT };
+        let scene = scene(view, light, [bounds; 2]);
         Self { name: "chessboard".to_owned(), scene, triangles }
     }
 
@@ -157,7 +150,7 @@ impl Model {
         let view = camera([-9.2, 2.6, -8.9], [1.0, -0.06, 0.95], 80.0, 0.1, Some(40.0));
         let lamp = Point { position: [0.4, 2.4, -0.3], near: 0.2, range: 30.0 };
         let light = Lamp { point: Some(lamp), ..Lamp::default() };
-        let scene = Scene { view, light, casters: bounds, receivers: bounds, map: MAP, viewport: VIEWPORT };
+        let scene = scene(view, light, [bounds; 2]);
         Self { name: "hall".to_owned(), scene, triangles }
     }
 
@@ -183,8 +176,8 @@ impl Model {
     pub fn moved(mut self, by: DVec3) -> Self {
         let moved = |p: [f64; 3]| (DVec3::from(p) + by).to_array();
         let scene = &mut self.scene;
-        for place in [&mut scene.casters, &mut scene.receivers] {
-            *place = Cuboid { min: moved(place.min), max: moved(place.max) };
+        for boxes in [&mut scene.casters, &mut scene.receivers] {
+            *boxes = boxes.map(|cuboid| Cuboid { min: moved(cuboid.min), max: moved(cuboid.max) });
         }
         scene.view.eye = moved(scene.view.eye);
         if let Some(spot) = &mut scene.light.spot {
@@ -201,4 +194,27 @@ impl Model {
 fn camera(eye: [f64; 3], forward: [f64; 3], fov_y_deg: f64, near: f64, far: Option<f64>) -> Camera {
     let (fov_y_deg, aspect) = (Some(fov_y_deg), Some(1.0));
     Camera { eye, forward, up: [0.0, 1.0, 0.0], fov_y_deg, aspect, near, far, ..Camera::default() }
+}
+
+fn scene(view: Camera, light: Lamp, [casters, receivers]: [Cuboid; 2]) -> Scene {
+    Scene::new(view, light, casters.into(), receivers.into(), MAP, VIEWPORT)
+}
+
+/// Poles and boxes in eight rows on the bottom of a box.
+fn furniture(low: DVec3, high: DVec3) -> Triangles {
+    let (size, mut random) = (high - low, Rng::with_seed(4));
+    let mut triangles = Triangles::new();
+    const ROWS: u32 = 8;
+    let cell = size / f64::from(ROWS);
+    for (i, j) in (0..ROWS).flat_map(|i| (0..ROWS).map(move |j| (i, j))) {
+        let middle = low + cell * DVec3::new(f64::from(i) + 0.5, 0.0, f64::from(j) + 0.5);
+        let half = if (i + j) % 2 == 0 {
+            DVec3::new(0.02, 0.25 + 0.25 * random.f64(), 0.02)
+        } else {
+            DVec3::new(0.08 + 0.17 * random.f64(), 0.03 + 0.12 * random.f64(), 0.08 + 0.17 * random.f64())
+        };
+        let half = half * DVec3::new(cell.x, size.y, cell.z);
+        triangles.extend(cuboid(middle - half.with_y(0.0), middle + half * DVec3::new(1.0, 2.0, 1.0)));
+    }
+    triangles
 }

@@ -1,31 +1,88 @@
-//! The scene as it is written down, and its way into the library's types.
+//! The scene as it is written down: `docs/scene-format.md` has every field.
 
-use anyhow::{Result, anyhow, bail, ensure};
-use serde::{Deserialize, Serialize};
-use shadow_warp::glam::DVec3;
-use shadow_warp::{Body, Bounds, ConvexBody, Error, Fit, Light, Sides, View};
+use anyhow::{Result, anyhow};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{Error as _, MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize};
+use shadow_warp::{Axes, NearDepth};
+
+use crate::echo::of_serde;
+use crate::text::text;
 
 /// A camera, a light, bounds and sizes: the input file.
 #[derive(Clone, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a scene, which is an object")]
 pub struct Scene {
     /// The camera.
     pub view: Camera,
     /// The light.
     pub light: Lamp,
-    /// Bounds of all that casts shadows.
-    pub casters: Cuboid,
-    /// Bounds of all that shadows are to be seen on.
-    pub receivers: Cuboid,
+    /// Bounds of all that casts shadows: their common box counts.
+    pub casters: Boxes,
+    /// Bounds of all that shadows are to be seen on, a body for each.
+    pub receivers: Boxes,
     /// Texels of the map, `[width, height]`.
     pub map: [u32; 2],
     /// Pixels of the picture, `[width, height]`.
     pub viewport: [u32; 2],
+    /// Which directions the texture's axes follow, for all techniques. Absent: each technique's own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesName>,
+    /// Where the map's near plane lies. Absent: at the casters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub near_depth: Option<NearDepthName>,
+    /// The depths along the view that the warp is chosen for, near and far. A far of null is infinite.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub warp_depths: Option<(f64, Option<f64>)>,
+}
+
+/// [`Axes`], as it is written.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum AxesName {
+    /// [`Axes::View`].
+    View,
+    /// [`Axes::LightFixed`].
+    LightFixed,
+    /// [`Axes::Middle`].
+    Middle,
+    /// [`Axes::VertexMean`].
+    VertexMean,
+}
+
+/// [`NearDepth`], as it is written.
+#[derive(Clone, Copy, Debug, Deserialize, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum NearDepthName {
+    /// [`NearDepth::Casters`].
+    Casters,
+    /// [`NearDepth::Receivers`].
+    Receivers,
+}
+
+impl From<AxesName> for Axes {
+    fn from(name: AxesName) -> Self {
+        match name {
+            AxesName::View => Self::View,
+            AxesName::LightFixed => Self::LightFixed,
+            AxesName::Middle => Self::Middle,
+            AxesName::VertexMean => Self::VertexMean,
+        }
+    }
+}
+
+impl From<NearDepthName> for NearDepth {
+    fn from(name: NearDepthName) -> Self {
+        match name {
+            NearDepthName::Casters => Self::Casters,
+            NearDepthName::Receivers => Self::Receivers,
+        }
+    }
 }
 
 /// A camera with exactly one lens: `fov_y_deg` with `aspect`, `tangents` (left, right, bottom, top), or `orthographic`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a camera, which is an object")]
 pub struct Camera {
     /// Where it stands.
     pub eye: [f64; 3],
@@ -53,7 +110,7 @@ pub struct Camera {
 
 /// The size of an orthographic view volume, in world units.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with width and height")]
 pub struct Orthographic {
     /// Along the camera's right.
     pub width: f64,
@@ -63,7 +120,7 @@ pub struct Orthographic {
 
 /// A light of exactly one kind.
 #[derive(Clone, Copy, Debug, Default, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a light, which is an object")]
 pub struct Lamp {
     /// Infinitely far away.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -78,7 +135,7 @@ pub struct Lamp {
 
 /// A light at infinity.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "an object with to_light")]
 pub struct Directional {
     /// Towards the light; any length.
     pub to_light: [f64; 3],
@@ -86,7 +143,7 @@ pub struct Directional {
 
 /// A light in a place that shines into a cone.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a spot light, which is an object")]
 pub struct Spot {
     /// Where it stands.
     pub position: [f64; 3],
@@ -102,7 +159,7 @@ pub struct Spot {
 
 /// A light in a place that shines all around. Each of its six faces has a map.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a point light, which is an object")]
 pub struct Point {
     /// Where it stands.
     pub position: [f64; 3],
@@ -114,7 +171,7 @@ pub struct Point {
 
 /// A box along the world's axes.
 #[derive(Clone, Copy, Debug, Deserialize, Serialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a box, which is an object with min and max")]
 pub struct Cuboid {
     /// Its least corner.
     pub min: [f64; 3],
@@ -122,189 +179,87 @@ pub struct Cuboid {
     pub max: [f64; 3],
 }
 
-/// A scene in the library's types, each of which has checked its part.
-#[derive(Clone, Copy)]
-pub struct Job {
-    /// The camera.
-    pub view: View,
-    /// The light.
-    pub light: Light,
-    /// Which face of a point light the light is, if it is one.
-    pub face: Option<&'static str>,
-    /// Bounds of all that casts shadows.
-    pub casters: Bounds,
-    /// Bounds of all that shadows are to be seen on.
-    pub receivers: Bounds,
-    /// Texels of the map.
-    pub map: [u32; 2],
-    /// Pixels of the picture.
-    pub viewport: [u32; 2],
+/// One box, or a list of at least one.
+#[derive(Clone, Debug, Serialize)]
+#[serde(untagged)]
+pub enum Boxes {
+    /// Bounds of things of any shape. A picture furnishes them.
+    One(Cuboid),
+    /// Bounds of one thing each. A picture shows each box as a solid.
+    Many(Vec<Cuboid>),
+}
+
+impl Boxes {
+    /// Returns the boxes.
+    #[must_use]
+    pub fn all(&self) -> &[Cuboid] {
+        match self {
+            Self::One(cuboid) => std::slice::from_ref(cuboid),
+            Self::Many(list) => list,
+        }
+    }
+
+    /// Returns the same boxes, each changed.
+    #[must_use]
+    pub fn map(&self, change: impl Fn(Cuboid) -> Cuboid) -> Self {
+        match self {
+            Self::One(cuboid) => Self::One(change(*cuboid)),
+            Self::Many(list) => Self::Many(list.iter().map(|&cuboid| change(cuboid)).collect()),
+        }
+    }
+}
+
+impl From<Cuboid> for Boxes {
+    fn from(cuboid: Cuboid) -> Self {
+        Self::One(cuboid)
+    }
+}
+
+/// Not derived, so that an error names the field of the box.
+impl<'de> Deserialize<'de> for Boxes {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct OneOrMany;
+        impl<'de> Visitor<'de> for OneOrMany {
+            type Value = Boxes;
+
+            fn expecting(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str("a box or a list of boxes")
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Boxes, A::Error> {
+                Cuboid::deserialize(MapAccessDeserializer::new(map)).map(Boxes::One)
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, list: A) -> Result<Boxes, A::Error> {
+                let list = Vec::deserialize(SeqAccessDeserializer::new(list))?;
+                if list.is_empty() {
+                    Err(A::Error::invalid_length(0, &"at least one box"))
+                } else {
+                    Ok(Boxes::Many(list))
+                }
+            }
+        }
+        deserializer.deserialize_any(OneOrMany)
+    }
 }
 
 impl Scene {
-    /// Reads JSON.
+    /// Returns a scene with default options.
+    #[must_use]
+    pub fn new(view: Camera, light: Lamp, casters: Boxes, receivers: Boxes, map: [u32; 2], viewport: [u32; 2]) -> Self {
+        Self { view, light, casters, receivers, map, viewport, axes: None, near_depth: None, warp_depths: None }
+    }
+
+    /// Reads JSON. A byte-order mark is skipped.
     ///
     /// # Errors
-    /// Names the field that is missing, unknown or of another type.
-    pub fn parse(text: &str) -> Result<Self> {
-        let json = &mut serde_json::Deserializer::from_str(text);
-        let scene = serde_path_to_error::deserialize(&mut *json).map_err(|error| {
-            let path = error.path().to_string();
-            // The whole file, or nothing that has a name yet.
-            let path = if path == "." || path == "?" { String::new() } else { path };
-            let message = error.into_inner().to_string();
-            // A missing field has no place in the file, so the path ends before it.
-            let missing = message.strip_prefix("missing field `").and_then(|rest| rest.split('`').next());
-            match (path.as_str(), missing) {
-                ("", Some(field)) => anyhow!("{field}: {message}"),
-                ("", None) => anyhow!("{message}"),
-                (_, Some(field)) => anyhow!("{path}.{field}: {message}"),
-                (_, None) => anyhow!("{path}: {}", message.replace("trailing characters", "too many elements")),
-            }
-        })?;
-        json.end()?;
+    /// Names the field that is missing, unknown or of another type. The text must be UTF-8.
+    pub fn parse(bytes: &[u8]) -> Result<Self> {
+        let json = &mut serde_json::Deserializer::from_str(text(bytes)?);
+        let named = |path: &str, error: &serde_json::Error| anyhow!("{}", of_serde(path, &error.to_string()));
+        let scene = serde_path_to_error::deserialize(&mut *json)
+            .map_err(|error| named(&error.path().to_string(), error.inner()))?;
+        json.end().map_err(|error| named(".", &error))?;
         Ok(scene)
-    }
-
-    /// Returns the scene in the library's types.
-    ///
-    /// # Errors
-    /// Names the field and the condition that it does not meet.
-    pub fn validated(&self) -> Result<Job> {
-        let no_zero = |[width, height]: [u32; 2]| width > 0 && height > 0;
-        ensure!(no_zero(self.map), "map must not be zero");
-        ensure!(no_zero(self.viewport), "viewport must not be zero");
-        Ok(Job {
-            view: self.view.validated()?,
-            light: self.light.validated()?,
-            face: None,
-            casters: self.casters.validated("casters")?,
-            receivers: self.receivers.validated("receivers")?,
-            map: self.map,
-            viewport: self.viewport,
-        })
-    }
-}
-
-/// The faces of a point light, in the library's order.
-const FACES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
-
-impl Job {
-    /// Returns the jobs that have one map each: the faces of a point light, or else the job itself.
-    #[must_use]
-    pub fn parts(&self) -> Vec<Self> {
-        match &self.light {
-            Light::Point(point) => {
-                let faces = FACES.iter().zip(point.faces());
-                faces.map(|(face, light)| Self { light, face: Some(face), ..*self }).collect()
-            }
-            _ => vec![*self],
-        }
-    }
-
-    /// Returns whether a point in world space lies in what the light shines into.
-    #[must_use]
-    pub fn shines_on(&self, point: DVec3) -> bool {
-        let Light::Spot(spot) = &self.light else { return true };
-        let from_light = point - spot.position();
-        let along = spot.direction().dot(from_light);
-        let is_between = if self.face.is_some() {
-            along >= from_light.abs().max_element()
-        } else {
-            spot.direction().angle_between(from_light) <= spot.outer_angle()
-        };
-        is_between && spot.near() <= along && along <= spot.range()
-    }
-
-    /// Returns what of the receivers' box the camera sees.
-    #[must_use]
-    pub fn seen(&self) -> Body {
-        Body::visible(&self.view, &self.receivers)
-    }
-
-    /// Returns the library's job for receivers that were cut by this view.
-    #[must_use]
-    pub fn fit<'a>(&'a self, receivers: &'a [Body]) -> Fit<'a> {
-        let fit = Fit::new(&self.view, &self.light, &self.casters, receivers);
-        Fit { map_size: self.map, viewport: self.viewport, ..fit }
-    }
-
-    /// Returns how deep in the view a point lies that is given relative to a body's origin.
-    #[must_use]
-    pub fn depth<const V: usize, const F: usize>(&self, body: &ConvexBody<V, F>, q: DVec3) -> f64 {
-        self.view.forward().dot(q + (body.origin() - self.view.eye()))
-    }
-}
-
-impl Camera {
-    fn validated(&self) -> Result<View> {
-        let [eye, forward, up] = [self.eye, self.forward, self.up].map(DVec3::from);
-        let depth = self.near..self.far.unwrap_or(f64::INFINITY);
-        match (self.fov_y_deg, self.aspect, self.tangents, self.orthographic) {
-            (Some(fov), Some(aspect), None, None) => {
-                ensure!(fov > 0.0 && fov < 180.0, "view.fov_y_deg must be between 0 and 180 degrees");
-                View::perspective(eye, forward, up, fov.to_radians(), aspect, depth)
-                    .map_err(|error| side(error, "aspect", "fov_y_deg"))
-            }
-            (None, None, Some([left, right, bottom, top]), None) => {
-                View::perspective_off_centre(eye, forward, up, Sides { left, right, bottom, top }, depth)
-                    .map_err(|error| side(error, "tangents", "tangents"))
-            }
-            (None, None, None, Some(Orthographic { width, height })) => {
-                View::orthographic(eye, forward, up, Sides::centred(width, height), depth)
-                    .map_err(|error| side(error, "orthographic.width", "orthographic.height"))
-            }
-            (Some(_), None, None, None) => bail!("view.aspect must go with view.fov_y_deg"),
-            (None, Some(_), None, None) => bail!("view.fov_y_deg must go with view.aspect"),
-            _ => bail!("view must have one of fov_y_deg with aspect, tangents, and orthographic"),
-        }
-    }
-}
-
-impl Lamp {
-    /// Returns a light at infinity.
-    #[must_use]
-    pub fn directional(to_light: [f64; 3]) -> Self {
-        Self { directional: Some(Directional { to_light }), ..Self::default() }
-    }
-
-    fn validated(&self) -> Result<Light> {
-        match (self.directional, self.spot, self.point) {
-            (Some(light), None, None) => {
-                Light::directional(light.to_light.into()).map_err(|error| field("light.directional", error))
-            }
-            (None, Some(Spot { position, direction, outer_deg, near, range }), None) => {
-                ensure!(outer_deg > 0.0 && outer_deg < 90.0, "light.spot.outer_deg must be between 0 and 90 degrees");
-                Light::spot(position.into(), direction.into(), outer_deg.to_radians(), near, range)
-                    .map_err(|error| field("light.spot", error))
-            }
-            (None, None, Some(Point { position, near, range })) => {
-                Light::point(position.into(), near, range).map_err(|error| field("light.point", error))
-            }
-            _ => bail!("light must have one of directional, spot and point"),
-        }
-    }
-}
-
-impl Cuboid {
-    fn validated(&self, name: &str) -> Result<Bounds> {
-        Bounds::new(self.min.into(), self.max.into()).map_err(|error| field(name, error))
-    }
-}
-
-/// Puts the path of the field before the library's condition.
-fn field(parent: &str, error: Error) -> anyhow::Error {
-    match error {
-        Error::Invalid { argument, condition } => anyhow!("{parent}.{argument} {condition}"),
-        other => anyhow!("{parent}: {other}"),
-    }
-}
-
-/// As [`field`], where the library checks sides that the file gives as something else.
-fn side(error: Error, across: &str, upright: &str) -> anyhow::Error {
-    match error {
-        Error::Invalid { argument: "left and right", .. } => anyhow!("view.{across}: {error}"),
-        Error::Invalid { argument: "bottom and top", .. } => anyhow!("view.{upright}: {error}"),
-        _ => field("view", error),
     }
 }

@@ -1,9 +1,9 @@
 //! The techniques, in one table.
 
 use shadow_warp::glam::DVec3;
-use shadow_warp::{Axes, Error, Fit, LightSpaceRule, Plane, Rule};
+use shadow_warp::{Axes, Body, Error, Fit, LightSpaceRule, Plane, Rule};
 
-use crate::scene::Job;
+use crate::job::Job;
 
 /// A way to make a shadow map.
 pub struct Technique {
@@ -13,7 +13,7 @@ pub struct Technique {
     pub what: &'static str,
     /// What chooses the warp, for a scene.
     pub rule: fn(&Job) -> Result<Rule, Error>,
-    /// Which directions the texture's axes follow.
+    /// Which directions the texture's axes follow, where the scene does not say.
     pub axes: Axes,
 }
 
@@ -82,8 +82,8 @@ pub const TECHNIQUES: &[Technique] = &[
     },
     Technique {
         name: "plane",
-        what: "As many pixels per texel all over one plane. The plane is a face of the receivers' box: the lowest one along the \
-               world axis that the camera's up axis is most along.",
+        what: "As many pixels per texel all over one plane. The plane is a face of the receivers' boxes: the lowest one of all \
+               along the world axis that the camera's up axis is most along.",
         rule: lowest_face,
         axes: Axes::View,
     },
@@ -103,9 +103,11 @@ fn lowest_face(job: &Job) -> Result<Rule, Error> {
         [true, ..] => DVec3::X,
         _ => DVec3::Z,
     };
-    let (upward, receivers) = (axis * axis.dot(up).signum(), &job.receivers);
-    let lowest = if upward.element_sum() > 0.0 { receivers.min() } else { receivers.max() };
-    Ok(Rule::Plane(Plane::new(upward, lowest)?))
+    let upward = axis * axis.dot(up).signum();
+    let corners =
+        job.receivers.iter().map(|bounds| if upward.element_sum() > 0.0 { bounds.min() } else { bounds.max() });
+    let lowest = corners.reduce(|a, b| if upward.dot(b) < upward.dot(a) { b } else { a });
+    Ok(Rule::Plane(Plane::new(upward, lowest.ok_or(Error::NothingVisible)?)?))
 }
 
 impl Technique {
@@ -115,9 +117,15 @@ impl Technique {
         TECHNIQUES.iter().find(|technique| technique.name == name)
     }
 
-    /// Returns the job as this technique fits it.
+    /// Returns the axes of this technique for a job: the job's, where it has some.
     #[must_use]
-    pub fn fit<'a>(&self, fit: Fit<'a>) -> Fit<'a> {
-        Fit { axes: self.axes, ..fit }
+    pub fn axes(&self, job: &Job) -> Axes {
+        job.axes.unwrap_or(self.axes)
+    }
+
+    /// Returns the library's job as this technique fits it, for receivers that were cut by the job's view.
+    #[must_use]
+    pub fn fit<'a>(&self, job: &'a Job, receivers: &'a [Body]) -> Fit<'a> {
+        Fit { axes: self.axes(job), ..job.fit(receivers) }
     }
 }

@@ -1,48 +1,12 @@
 //! The triangles of a glTF file, and what is wrong with files that have none.
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "tests")]
 
-use base64::Engine;
-use scenes::GltfScene;
+mod square;
+
 use serde_json::{Value, json};
 use shadow_warp::glam::DVec3;
 
-/// Four points of a square, in the order of a strip, with indices to two triangles behind them.
-fn square() -> Value {
-    let points: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0];
-    let indices: [u16; 6] = [0, 1, 2, 2, 1, 3];
-    let mut bytes: Vec<u8> = points.iter().flat_map(|x| x.to_le_bytes()).collect();
-    bytes.extend(indices.iter().flat_map(|i| i.to_le_bytes()));
-    let data = base64::engine::general_purpose::STANDARD.encode(&bytes);
-    json!({
-        "asset": { "version": "2.0" },
-        "scenes": [{ "nodes": [0] }],
-        "nodes": [{ "mesh": 0, "translation": [0, 0, 5] }],
-        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
-        "buffers": [{ "byteLength": 60, "uri": format!("data:application/octet-stream;base64,{data}") }],
-        "bufferViews": [{ "buffer": 0, "byteLength": 48 }, { "buffer": 0, "byteOffset": 48, "byteLength": 12 }],
-        "accessors": [
-            { "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0] },
-            { "bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR" }
-        ]
-    })
-}
-
-fn triangles(changes: &[(&str, Value)]) -> anyhow::Result<Vec<[DVec3; 3]>> {
-    let mut gltf = square();
-    for (path, value) in changes {
-        let (parent, key) = path.rsplit_once('/').unwrap();
-        let parent = gltf.pointer_mut(parent).expect(path);
-        match (parent.as_array_mut(), value) {
-            (Some(array), value) => array[key.parse::<usize>().unwrap()] = value.clone(),
-            (None, Value::Null) => drop(parent.as_object_mut().unwrap().remove(key)),
-            (None, value) => drop(parent.as_object_mut().unwrap().insert((*key).to_owned(), value.clone())),
-        }
-    }
-    let folder = tempfile::tempdir()?;
-    let path = folder.path().join("square.gltf");
-    std::fs::write(&path, gltf.to_string())?;
-    GltfScene::read(&path)?.triangles()
-}
+use square::{data, triangles};
 
 /// Twice the area, positive if the triangle is counter-clockwise as seen from +z.
 fn areas(triangles: &[[DVec3; 3]]) -> Vec<f64> {
@@ -72,12 +36,11 @@ fn every_kind_of_triangles() {
 
 #[test]
 fn what_is_not_there_is_named() {
-    let nan = base64::engine::general_purpose::STANDARD.encode([0xff; 60]);
     let cases = [
         ("/buffers/0/uri", json!("missing.bin"), "buffers[0]: missing.bin"),
         ("/buffers/0/uri", json!("data:application/octet-stream;base64,!!"), "buffers[0]"),
         ("/buffers/0/uri", json!("data:application/octet-stream;base64,AAAA"), "POSITION must lie in its buffer"),
-        ("/buffers/0/uri", json!(format!("data:application/octet-stream;base64,{nan}")), "POSITION must be finite"),
+        ("/buffers/0/uri", json!(data(&[0xff; 60])), "POSITION must be finite"),
         ("/buffers/0/uri", Value::Null, "buffers[0]"),
         ("/bufferViews/1/byteOffset", json!(400), "indices must lie in their buffer"),
         ("/bufferViews/0/byteStride", json!(8), "POSITION must be floats in threes"),

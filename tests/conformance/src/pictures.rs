@@ -8,7 +8,7 @@ use shadow_warp::glam::{DMat2, DVec2, DVec3};
 
 use crate::check::Lookup;
 use crate::gpu::Gpu;
-use crate::pass::{DepthPass, Pixel};
+use crate::pass::Pixel;
 use crate::stage::Stage;
 
 /// A picture.
@@ -86,7 +86,7 @@ pub fn heat(pixels_per_texel: f64) -> [u8; 3] {
 /// # Errors
 /// If there is no map, `f32` cannot hold it, or the device refuses.
 pub fn pictures(gpu: &Gpu, stage: &Stage, technique: &Technique) -> Result<Pictures> {
-    let fit = technique.fit(stage.job.fit(&stage.receivers));
+    let fit = technique.fit(&stage.job, &stage.receivers);
     let eye = stage.job.view.eye();
     let map = fit.guard_f32(&fit.solve(stage.rule(technique)?)?, eye)?;
     let lookup = Lookup::new(gpu, stage, &fit, &map)?;
@@ -125,7 +125,7 @@ pub fn pictures(gpu: &Gpu, stage: &Stage, technique: &Technique) -> Result<Pictu
     let longer = map.size()[0].max(map.size()[1]);
     let size = map.size().map(|side| (side * DEPTH_SIDE / longer).max(1));
     let clip_from_eye = map.clip_from_world_at(eye, ClipSpace::WGPU);
-    let depths = gpu.read(&gpu.depth(&stage.mesh(gpu, eye)?, clip_from_eye, DepthPass::WGPU, size)?)?;
+    let depths = gpu.read(&gpu.depth(&stage.mesh(gpu, eye)?, clip_from_eye, stage.pass(ClipSpace::WGPU), size)?)?;
     let drawn = || depths.iter().copied().filter(|&depth| depth < 1.0);
     let (least, most) = drawn().fold((1.0, 0.0), |(low, high), depth| (f32::min(low, depth), f32::max(high, depth)));
     let grey = |&depth: &f32| {

@@ -5,11 +5,11 @@ use std::sync::OnceLock;
 use anyhow::{Result, ensure};
 use scenes::{Job, Model, Technique};
 use shadow_warp::glam::{DVec2, DVec3, DVec4};
-use shadow_warp::{Body, Bounds, Error, Fit, Light, LitBody, Rule, ShadowMap};
+use shadow_warp::{Body, Bounds, ClipSpace, Error, Fit, Light, LitBody, NearDepth, Rule, ShadowMap};
 
 use crate::camera::Camera;
 use crate::gpu::Gpu;
-use crate::pass::Mesh;
+use crate::pass::{DepthPass, Mesh};
 use crate::projection::Facet;
 use crate::rays::Rays;
 
@@ -26,7 +26,7 @@ pub struct Stage {
     /// The scene in the crate's types; its light is the one with the map.
     pub job: Job,
     /// What is seen of the receivers.
-    pub receivers: [Body; 1],
+    pub receivers: Vec<Body>,
     /// The planes of the triangles.
     pub facets: Vec<Facet>,
     rays: OnceLock<Rays>,
@@ -84,7 +84,7 @@ impl Stage {
         ensure!(model.triangles.as_flattened().iter().all(|p| p.is_finite()), "the scene's triangles must be finite");
         let eye = job.view.eye();
         let facets = model.triangles.iter().map(|corners| Facet::of(corners.map(|p| p - eye))).collect();
-        let receivers = [job.seen()];
+        let receivers = job.seen();
         let name = job.face.map_or(model.name.clone(), |face| format!("{} {face}", model.name));
         Ok(Self { name, model, job, receivers, facets, rays: OnceLock::new(), truth: OnceLock::new() })
     }
@@ -97,9 +97,10 @@ impl Stage {
             let [low, high] = [bounds.min(), bounds.max()].map(|corner| (corner - view.eye()) * view.forward());
             [low.min(high).element_sum(), low.max(high).element_sum()]
         };
-        let [a, b] = [&self.job.casters, &self.job.receivers].map(depths);
-        let near = a[0].min(b[0]).max(view.near());
-        Camera { view, size: self.job.viewport, depth: [near, a[1].max(b[1]).max(near) + 1.0] }
+        let all = self.job.receivers.iter().map(depths);
+        let [near, far] = all.fold(depths(&self.job.casters), |a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+        let near = near.max(view.near());
+        Camera { view, size: self.job.viewport, depth: [near, far.max(near) + 1.0] }
     }
 
     /// Returns the light as a homogeneous position relative to the eye.
@@ -146,6 +147,12 @@ impl Stage {
         gpu.mesh(&self.model.triangles, origin)
     }
 
+    /// Returns how the stage's maps are drawn: with depth clamp where their near plane is the receivers'.
+    #[must_use]
+    pub fn pass(&self, space: ClipSpace) -> DepthPass {
+        DepthPass { space, clamp: self.job.near_depth == NearDepth::Receivers, ..DepthPass::WGPU }
+    }
+
     /// Returns a technique's rule for this scene.
     ///
     /// # Errors
@@ -157,7 +164,7 @@ impl Stage {
     /// Returns a technique's job for a map of `size` by `size` texels.
     #[must_use]
     pub fn fit(&self, technique: &Technique, size: u32) -> Fit<'_> {
-        technique.fit(Fit { map_size: [size; 2], ..self.job.fit(&self.receivers) })
+        Fit { map_size: [size; 2], ..technique.fit(&self.job, &self.receivers) }
     }
 
     /// Returns a technique's job and its map of `size` by `size` texels.
@@ -215,9 +222,12 @@ impl Stage {
         // Along the forward axis a ray advances by one unit of its direction.
         let hit = self.rays().first(origin, direction, view.near())?;
         let point = origin + direction * hit.distance;
-        let (low, high) = (self.job.receivers.min() - view.eye(), self.job.receivers.max() - view.eye());
-        let rounding = 1e-12 * (1.0 + low.abs().max(high.abs()).max_element());
-        let is_receiver = point.cmpge(low - rounding).all() && point.cmple(high + rounding).all();
+        let is_in = |bounds: &Bounds| {
+            let (low, high) = (bounds.min() - view.eye(), bounds.max() - view.eye());
+            let rounding = 1e-12 * (1.0 + low.abs().max(high.abs()).max_element());
+            point.cmpge(low - rounding).all() && point.cmple(high + rounding).all()
+        };
+        let is_receiver = self.job.receivers.iter().any(is_in);
         if hit.distance > view.far() || !is_receiver || !self.job.shines_on(point + view.eye()) {
             return None;
         }

@@ -6,7 +6,7 @@ use shadow_warp::{ClipSpace, Fit, LitBody, ShadowMap};
 
 use super::allowance;
 use crate::gpu::Gpu;
-use crate::pass::{DepthPass, Pixel};
+use crate::pass::Pixel;
 use crate::projection::{Facet, Projection};
 use crate::raster::{Allowance, Drawn};
 use crate::stage::Stage;
@@ -73,7 +73,7 @@ impl<'a> Lookup<'a> {
             rounding: fit.rounding(map, eye).truncate().length() + corner.max_element() * f64::from(f32::EPSILON),
             // Where positions are rounded before they are interpolated, so are those of clipped corners.
             camera: if gpu.is_lavapipe() { 4e-4 } else { 2.0 * gpu.grid() },
-            far: reach(&stage.job.casters).max(reach(&stage.job.receivers)),
+            far: stage.job.receivers.iter().map(reach).fold(reach(&stage.job.casters), f64::max),
         })
     }
 
@@ -86,7 +86,7 @@ impl<'a> Lookup<'a> {
     pub(crate) fn draw(&self, gpu: &Gpu, space: ClipSpace) -> Result<Vec<Option<Pixel>>> {
         let eye = self.stage.job.view.eye();
         let (mesh, camera) = (self.stage.mesh(gpu, eye)?, self.stage.camera());
-        let pass = DepthPass { space, ..DepthPass::WGPU };
+        let pass = self.stage.pass(space);
         let shadows = gpu.depth(&mesh, self.map.clip_from_world_at(eye, space), pass, self.map.size())?;
         // Towards the light is towards greater depth where depth is reversed.
         let sign = if pass.cleared() > 0.5 { 1.0 } else { -1.0 };
