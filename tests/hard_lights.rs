@@ -58,7 +58,7 @@ fn spots_across_the_line_of_sight() {
         for lit in fit.lit_receivers() {
             for q in lit.vertices() {
                 let p = *q + lit.origin() - map.origin();
-                outside.note(beyond(ndc(&map, p)), product_rounding(&map, p) / 16.0, light);
+                outside.note(beyond(ndc(&map, p)), 8.0 * product_rounding(&map, p) / 16.0, light);
             }
         }
     });

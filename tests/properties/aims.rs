@@ -57,7 +57,7 @@ fn pole_on_the_line_of_sight() {
         let (n, f, cotangent) = (near + shift, far + shift, 1.0 / slope);
         let pole = -2.0 * f * n * (f + n) / ((f - n) * (f - n)) * cotangent * cotangent;
         // The difference of the two w is small where the pole is far away.
-        let allowed = 1e-13 + 8.0 * f64::EPSILON * before.abs() / (far - near);
+        let allowed = 2e-14 + 2.0 * f64::EPSILON * before.abs() / (far - near);
         worst.note((before / (n - pole) - 1.0).abs(), allowed, (before, n - pole));
     });
     worst.finish();

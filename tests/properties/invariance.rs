@@ -150,7 +150,7 @@ fn halves_are_the_whole() {
         let shift = a.origin() - b.origin();
         let size = shift.length() + a.origin().length();
         for q in receivers {
-            let allowed = allowance(a.warp().excess()) + 8.0 * f64::EPSILON * size * a.warp().ratio() / least;
+            let allowed = 0.5 * allowance(a.warp().excess()) + 4.0 * f64::EPSILON * size * a.warp().ratio() / least;
             worst.note((ndc(&a, q) - ndc(&b, q + shift)).abs().max_element(), allowed, rule);
         }
     });

@@ -112,7 +112,7 @@ fn warps_compose_and_invert() {
         let both = Warp::new(a.excess() + b.excess() + a.excess() * b.excess()).unwrap();
         let s = b.map_from_body(a.map_from_body(t));
         compose.note((s - both.map_from_body(t)).abs(), 4e-14, (a, b));
-        invert.note((a.body_from_map(a.map_from_body(t)) - t).abs(), 2e-15 * (1.0 + 1.0 / a.density(t)), (a, b));
+        invert.note((a.body_from_map(a.map_from_body(t)) - t).abs(), 1e-15 * (1.0 + 1.0 / a.density(t)), (a, b));
         let kappa = |w: &Warp| w.excess() / (2.0 + w.excess());
         let sum = (kappa(&a) + kappa(&b)) / (1.0 + kappa(&a) * kappa(&b));
         compose.note((kappa(&both) - sum).abs(), 4e-14, (a, b));

@@ -75,7 +75,7 @@ fn contains_and_touches() {
     let (mut inside, mut touch) = (Ratchet::new("LSP-24 inside"), Ratchet::new("LSP-24 touch"));
     let (mut touched, mut by_casters) = (0, 0);
     each_map("LSP-24", probes(), |scene, map, receivers, probes| {
-        let allowed = 1e-13 + extent(receivers.iter().map(|q| product_rounding(map, *q)))[1];
+        let allowed = 1e-13 + 2.0 * extent(receivers.iter().map(|q| product_rounding(map, *q)))[1];
         let points: Vec<_> = receivers.iter().map(|q| ndc(map, *q)).collect();
         let [x, y, z] = [0, 1, 2].map(|a| extent(points.iter().map(|p| p[a])));
         for [low, high] in [x, y, z.map(|z| 2.0 * z - 1.0)] {
@@ -294,7 +294,7 @@ fn texels_are_as_large_as_the_matrix_says() {
         let rounding = 8.0 * f64::EPSILON * map.origin().length() * map.warp().ratio() / across.min(along);
         let conditioning = (x_x.abs() + x_z.abs()) * (y_x.abs() + y_z.abs()) / determinant.abs();
         for (a, b) in found.into_iter().zip(expected) {
-            worst.note((a / b - 1.0).abs(), (1e-14 + rounding) * conditioning, (a, b, map));
+            worst.note((a / b - 1.0).abs(), 0.5 * (1e-14 + rounding) * conditioning, (a, b, map));
         }
     });
     worst.finish();

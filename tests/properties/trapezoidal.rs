@@ -69,7 +69,7 @@ fn focus_lands_on_its_line() {
         }
         let [across, height, along] = sizes(points, map);
         if along > 1e-5 * across.max(height) {
-            ends.note((y[0] + 1.0).abs().max((y[1] - 1.0).abs()), 2e-15 + rounding, map);
+            ends.note((y[0] + 1.0).abs().max((y[1] - 1.0).abs()), 1e-15 + 0.7 * rounding, map);
         }
         // The map is the one of the family with this warp.
         let same = scene.fit().solve(Rule::Explicit(map.warp())).unwrap();
@@ -247,7 +247,7 @@ fn flat_bodies_have_maps() {
             for q in scene.receivers(map.origin()) {
                 let place = ndc(&map, q);
                 let out = (place.truncate().abs().max_element() - 1.0).max(-place.z).max(place.z - 1.0);
-                inside.note(out, 1e-13 + product_rounding(&map, q), place);
+                inside.note(out, 1e-15 + 0.1 * product_rounding(&map, q), place);
             }
         });
     }
