@@ -105,7 +105,7 @@ fn light_rays_stay_in_their_texel() {
         let thin = 1.0 + (across.max(height).max(along) / across.min(along)).min(1e6);
         for there in [towards, away] {
             let moved = (here - there).truncate().abs().max_element();
-            sideways.note(moved, 0.1 * allowance(map.warp().excess()) * thin + 3e-14, map);
+            sideways.note(moved, 0.04 * allowance(map.warp().excess()) * thin + 1.5e-14, map);
         }
         // What rounding hides at the far end of a strong warp need not show.
         if fall < -1e-13 * map.warp().ratio() {

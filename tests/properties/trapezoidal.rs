@@ -91,7 +91,7 @@ fn focus_lands_on_its_line() {
         // Its place in the body is known to so much, and moves on the map by the density.
         let slack = 2.0 * f64::EPSILON * (q.length() + far) / along.min(across.max(1e-300)) * eta.max(1.0);
         let off = (place.y - (2.0 * rule.line - 1.0)).abs();
-        focus.note(off, 1e-15 + product_rounding(map, q) + slack, (rule, t, map));
+        focus.note(off, 0.6 * (1e-15 + product_rounding(map, q) + slack), (rule, t, map));
         if scene.light.as_directional().is_ok() { suns += 1 } else { lamps += 1 }
     });
     for ratchet in [inside, ends, focus] {
