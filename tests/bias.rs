@@ -1,7 +1,9 @@
-//! Depth slopes and least biases, against derivatives of the matrix and against brute force over a filter's texels.
+//! Depth slopes and least biases, against derivatives of the matrix and against brute force over a
+//! filter's texels.
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 #![expect(clippy::float_cmp, reason = "what is compared is exact")]
+#![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 mod random;
 
@@ -50,7 +52,8 @@ fn place(map: &ShadowMap, space: ClipSpace, q: DVec3) -> DVec3 {
     project(map.texture_from_world_at(map.origin(), space) * q.extend(1.0)) * DVec3::new(width, height, 1.0)
 }
 
-/// Where the ray of a place in the map, in texels, meets the plane through `q`: by solving for the point.
+/// Where the ray of a place in the map, in texels, meets the plane through `q`: by solving for the
+/// point.
 fn on_plane(map: &ShadowMap, space: ClipSpace, [column, row]: [f64; 2], q: DVec3, normal: DVec3) -> DVec3 {
     let [width, height] = map.size().map(f64::from);
     let m = map.texture_from_world_at(map.origin(), space);
@@ -98,10 +101,10 @@ fn tilted() -> impl Strategy<Value = Normal> + Clone {
     (0.0..core::f64::consts::TAU, tilt, length).prop_map(|(turn, tilt, length)| Normal { turn, tilt, length })
 }
 
-/// The slopes in a plane by central differences of the matrix along two lines in it, of hyperbolic depth and of the
-/// linear one. Along a line the differences of all fractions over `w` have one common factor, so that those of depth
-/// are exact but for rounding; those of linear depth lack the factor, `1/(1 - part^2)` for the returned part by which
-/// `w` changes.
+/// The slopes in a plane by central differences of the matrix along two lines in it, of hyperbolic
+/// depth and of the linear one. Along a line the differences of all fractions over `w` have one
+/// common factor, so that those of depth are exact but for rounding; those of linear depth lack the
+/// factor, `1/(1 - part^2)` for the returned part by which `w` changes.
 fn differences(
     map: &ShadowMap,
     space: ClipSpace,
@@ -194,8 +197,9 @@ fn slope_is_constant_over_a_plane() {
     assert!(sharp > 200 && varied > 50, "{sharp} {varied}");
 }
 
-/// The warp projects about the middle height of the receivers, so a plane that faces the light has the greatest
-/// slope at their two ends, equal and opposite. Nothing else but a whole matrix tells a wrong middle.
+/// The warp projects about the middle height of the receivers, so a plane that faces the light has
+/// the greatest slope at their two ends, equal and opposite. Nothing else but a whole matrix tells
+/// a wrong middle.
 #[test]
 fn facing_planes_at_both_ends_have_opposite_slopes() {
     let (mut hyperbolic, mut none) =
@@ -281,8 +285,8 @@ fn slopes_in_light_space() {
     worst.finish();
 }
 
-/// Reversed depth falls where the other grows. OpenGL's clip depth changes twice as fast as what is stored; v points
-/// where the texture's rows go.
+/// Reversed depth falls where the other grows. OpenGL's clip depth changes twice as fast as what is
+/// stored; v points where the texture's rows go.
 #[test]
 fn signs_follow_the_conventions() {
     let (_, map) = plain_box(9.0, Axes::View);

@@ -11,7 +11,8 @@ use random::scenes::{Kind, each_kind, moderate};
 use shadow_warp::glam::{DVec3, DVec4, Mat4, Vec4};
 use shadow_warp::{ClipSpace, DepthFormat, Error, Filter, Rule};
 
-/// The struct, evaluated in f32 as a shader does, lands where the f64 matrix does, to the bound on rounding.
+/// The struct, evaluated in f32 as a shader does, lands where the f64 matrix does, to the bound on
+/// rounding.
 #[test]
 fn a_shader_lands_where_the_matrix_does() {
     let mut off =
@@ -43,7 +44,8 @@ fn a_shader_lands_where_the_matrix_does() {
                 let rounding = 3.0 * ulp * linear.abs().dot(q.abs().extend(1.0));
                 row.note((f64::from(depth) - linear.dot(q.extend(1.0))).abs(), rounding, depth);
             }
-            // Texels in v against those in u, by the convention; the filter's reach; and the format's quantum.
+            // Texels in v against those in u, by the convention; the filter's reach; and the
+            // format's quantum.
             let texel = map.size().map(|size| 1.0 / size as f32);
             let sign = if space == ClipSpace::VULKAN.reversed() { -1.0 } else { 1.0 };
             assert_eq!(all[20..], [texel[0], texel[1], sign * 2.0, sign / 65535.0]);

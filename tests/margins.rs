@@ -1,6 +1,7 @@
 //! Margins: against rounding to `f32`, whatever the order of the sums, and for filters.
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
+#![expect(clippy::float_cmp, reason = "what is compared is exact")]
 
 mod random;
 
@@ -23,8 +24,8 @@ fn orders() -> Vec<[usize; 4]> {
     all.filter(|o| (0..4).all(|term| o.contains(&term))).collect()
 }
 
-/// The least and greatest that f32 can make of a row times a point: all orders of the sums, in a chain or in pairs,
-/// each fused and not. The last term is the constant's, which has no product.
+/// The least and greatest that f32 can make of a row times a point: all orders of the sums, in a
+/// chain or in pairs, each fused and not. The last term is the constant's, which has no product.
 fn any_order(row: Vec4, p: Vec3, orders: &[[usize; 4]]) -> [f64; 2] {
     let (m, p) = (row.to_array(), [p.x, p.y, p.z, 1.0]);
     let product = |i: usize| m[i] * p[i];
@@ -46,7 +47,8 @@ fn rows(map: &ShadowMap, origin: DVec3, space: ClipSpace) -> [Vec4; 4] {
     [0, 1, 2, 3].map(|i| rounded.row(i))
 }
 
-/// Everything stays inside: in each convention, for each order, even if the rows are summed in different orders.
+/// Everything stays inside: in each convention, for each order, even if the rows are summed in
+/// different orders.
 #[test]
 fn guarded_maps_keep_everything_inside_in_f32() {
     let orders = orders();
@@ -109,7 +111,8 @@ fn guarded_maps_keep_everything_inside_in_f32() {
             check(q, true);
         }
         for q in scene.caster_points(origin) {
-            // The vertices of the casters are themselves rounded, sideways by more than f32 where the body is thin.
+            // The vertices of the casters are themselves rounded, sideways by more than f32 where
+            // the body is thin.
             if product_rounding(&exact, q + origin - exact.origin()) < 1e-9 {
                 check(q, false);
             }
@@ -153,9 +156,9 @@ fn plain() -> impl Strategy<Value = Scene> + Clone {
     )
 }
 
-/// Relative to the eye or the body the margin is some ulp of f32: 100 at most for a uniform map no deeper than wide. It grows
-/// with the warp's ratio, and with the depth of the map, as casters that stand high above the receivers are subject to
-/// rounding too.
+/// Relative to the eye or the body the margin is some ulp of f32: 100 at most for a uniform map no
+/// deeper than wide. It grows with the warp's ratio, and with the depth of the map, as casters that
+/// stand high above the receivers are subject to rounding too.
 #[test]
 fn margins_are_small() {
     let mut uniform = Ratchet::new("margin of uniform maps in ulp");
@@ -192,7 +195,8 @@ fn margins_are_small() {
     assert!(used > 30, "{used}");
 }
 
-/// 1e7 from the origin the guard refuses, and says how many texels are lost; it is never less than what is lost.
+/// 1e7 from the origin the guard refuses, and says how many texels are lost; it is never less than
+/// what is lost.
 #[test]
 fn far_origins_are_refused_with_a_bound() {
     let orders = orders();
@@ -220,7 +224,8 @@ fn far_origins_are_refused_with_a_bound() {
     share.finish();
 }
 
-/// A border is exactly so many texels wide on each side, whatever the map's shape, and leaves depth alone.
+/// A border is exactly so many texels wide on each side, whatever the map's shape, and leaves depth
+/// alone.
 #[test]
 fn borders_are_as_wide_as_asked() {
     let mut sides = Ratchet::new("width of a border");

@@ -1,6 +1,7 @@
 //! The best warp: against dense search, against every other rule, and against its own lower bound.
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
+#![expect(clippy::float_cmp, reason = "what is compared is exact")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 mod random;
@@ -45,7 +46,8 @@ impl Lamp {
     }
 }
 
-/// Runs a property on scenes with the warp on the texture's axes, every third one under a spot light.
+/// Runs a property on scenes with the warp on the texture's axes, every third one under a spot
+/// light.
 fn each_scene<E: Strategy + Clone>(name: &str, more: E, mut property: impl FnMut(Scene, E::Value)) {
     let lamp = (mixture(), direction(), log_between(0.01, 10.0), 0.02..1.5, direction())
         .prop_map(|(target, direction, distance, angle, aside)| Lamp { target, direction, distance, angle, aside });
@@ -61,8 +63,8 @@ fn warps() -> impl Iterator<Item = Warp> {
     (0..=200).map(|step| Warp::new((10.0_f64.powf(f64::from(step) * 0.04 - 2.0) - 0.01).max(0.0)).unwrap())
 }
 
-/// Every warp that a rule or a scan has: the optimum is no worse, for its own objective. Of equally good ones it has the smaller
-/// other error.
+/// Every warp that a rule or a scan has: the optimum is no worse, for its own objective. Of equally
+/// good ones it has the smaller other error.
 #[test]
 fn no_other_warp_is_better() {
     let (mut seen, mut warped, mut tied) = (0, 0, 0);
@@ -137,7 +139,8 @@ fn errors_have_one_valley() {
 /// Rounding of the errors of neighbouring warps, of flat ground.
 const VALLEY: f64 = 4.0 * f64::EPSILON;
 
-/// The greatest extents of a map's texels over some points relative to the eye, across and along, in pixels.
+/// The greatest extents of a map's texels over some points relative to the eye, across and along,
+/// in pixels.
 fn texels(scene: &Scene, map: &ShadowMap, points: &[DVec3]) -> [f64; 2] {
     let fit = scene.fit();
     points.iter().fold([0.0_f64; 2], |greatest, q| {
@@ -148,14 +151,15 @@ fn texels(scene: &Scene, map: &ShadowMap, points: &[DVec3]) -> [f64; 2] {
     })
 }
 
-/// The share of the map's width that the receivers fill. A flat body is fitted wider than it is, by 2^-20 of its size, which
-/// `errors` leaves out across.
+/// The share of the map's width that the receivers fill. A flat body is fitted wider than it is, by
+/// 2^-20 of its size, which `errors` leaves out across.
 fn filled(scene: &Scene, map: &ShadowMap) -> f64 {
     let [low, high] = extent(lit(scene, map.origin()).iter().map(|q| ndc(map, *q).x));
     0.5 * (high - low)
 }
 
-/// The errors of a warp are those of the finished map, along each of its axes, and the larger one is the worst texel.
+/// The errors of a warp are those of the finished map, along each of its axes, and the larger one
+/// is the worst texel.
 #[test]
 fn errors_are_those_of_the_map() {
     let mut worst = Ratchet::new("errors of the finished map");
@@ -184,7 +188,8 @@ fn slack(scene: &Scene, map: &ShadowMap, points: &[DVec3]) -> f64 {
     1e-15 + 0.12 * (sides + texels)
 }
 
-/// The bound along is below every warp's errors, and not far below; across, the least over all ratios is that of the best warp.
+/// The bound along is below every warp's errors, and not far below; across, the least over all
+/// ratios is that of the best warp.
 #[test]
 fn nothing_is_below_the_bound() {
     let mut closest: f64 = f64::INFINITY;
@@ -251,7 +256,8 @@ fn the_bound_is_the_integral_over_slices() {
     worst.finish();
 }
 
-/// With the light perpendicular to the view, and nothing but the line of sight, the best warp is LiSPSM's.
+/// With the light perpendicular to the view, and nothing but the line of sight, the best warp is
+/// LiSPSM's.
 #[test]
 fn a_narrow_view_has_the_published_optimum() {
     for ratio in [2.0, 100.0, 1e4] {

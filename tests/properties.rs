@@ -1,6 +1,7 @@
 //! Properties of the fitted maps, on random scenes.
 //!
-//! The project numbers what must hold of every light-space perspective map; LSP-n stands for property n of this list:
+//! The project numbers what must hold of every light-space perspective map; LSP-n stands for
+//! property n of this list:
 //!
 //! | LSP | property | test |
 //! |---|---|---|
@@ -78,7 +79,8 @@ mod trapezoidal;
 /// How many scenes of each class a property is tried on.
 const CASES: u32 = 200;
 
-/// What LSP-1 and LSP-2 allow in normalised device coordinates: rounding of a product with the matrix.
+/// What LSP-1 and LSP-2 allow in normalised device coordinates: rounding of a product with the
+/// matrix.
 fn allowance(eta: f64) -> f64 {
     16.0 * f64::EPSILON * (1.0 + eta) + 1e-13
 }

@@ -1,5 +1,5 @@
-//! Steadiness: a camera or a light turns, and points move in the map. Halving the step again and again leaves nothing of the
-//! largest moves, unless they are jumps.
+//! Steadiness: a camera or a light turns, and points move in the map. Halving the step again and
+//! again leaves nothing of the largest moves, unless they are jumps.
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
@@ -156,7 +156,8 @@ fn jump(setting: &Setting, turn: Turn, axes: Axes, rule: Rule, points: &[Mixture
     Some(largest)
 }
 
-/// Calls `found` with what two degrees of each of four angles show, apart from what comes near light along view.
+/// Calls `found` with what two degrees of each of four angles show, apart from what comes near
+/// light along view.
 fn each_sweep(name: &str, axes: Axes, rule: Rule, least_sine: f64, mut found: impl FnMut(f64)) {
     for turn in TURNS {
         let points = prop::array::uniform12(mixture());
@@ -197,7 +198,8 @@ fn no_jumps_with_the_middle_either() {
     }
 }
 
-/// Axes that are fixed by the light have no singularity in the camera, and one in the light: from right below.
+/// Axes that are fixed by the light have no singularity in the camera, and one in the light: from
+/// right below.
 #[test]
 fn no_jumps_at_all_with_fixed_axes() {
     for (name, rule) in [("uniform", Rule::Uniform), ("LiSPSM", Rule::LISPSM), ("TSM", Rule::TSM)] {
@@ -221,7 +223,8 @@ fn no_jumps_at_all_with_fixed_axes() {
     }
 }
 
-/// The rules that may jump do so seldom: of two warps that are equally good for other scenes than this one. The mean of the vertices jumps as vertices come and go.
+/// The rules that may jump do so seldom: of two warps that are equally good for other scenes than
+/// this one. The mean of the vertices jumps as vertices come and go.
 #[test]
 fn jumps_are_seldom() {
     let sweeps = |name: &str, axes: Axes, rule: Rule, least_sine: f64| {

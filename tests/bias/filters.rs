@@ -20,8 +20,9 @@ fn texels(filter: Filter, place: [f64; 2]) -> Vec<[f64; 2]> {
     along(place[0]).into_iter().flat_map(|x| rows.iter().map(move |y| [x, *y])).collect()
 }
 
-/// No lookup needs more than the least bias, and the worst needs all of it: the depths of the texels it compares with
-/// come from rays that meet the plane, by solving for the points. In linear depth, as much more as `w` grows.
+/// No lookup needs more than the least bias, and the worst needs all of it: the depths of the
+/// texels it compares with come from rays that meet the plane, by solving for the points. In linear
+/// depth, as much more as `w` grows.
 #[test]
 fn least_bias_by_brute_force() {
     let mut least_share = [f64::INFINITY; 2];
@@ -39,7 +40,8 @@ fn least_bias_by_brute_force() {
             let bias = filter.least_bias(slope);
             let linear_bias = filter.least_bias(linear_slope);
             let mut worst = 0.0_f64;
-            // Lookups all over a texel; the grid, not the point, is moved, and its corners are approached.
+            // Lookups all over a texel; the grid, not the point, is moved, and its corners are
+            // approached.
             let shifts = [1e-9, 0.3, 0.5 - 1e-9, 0.5 + 1e-9, 0.8, 1.0 - 1e-9];
             for shift in shifts.iter().flat_map(|x| shifts.map(|y| [*x, y])) {
                 for centre in texels(filter, shift) {
@@ -77,7 +79,8 @@ fn least_bias_by_brute_force() {
     println!("least shares {least_share:?}");
 }
 
-/// Twice the reach, in units of the larger slope, is never too little, and all of it is needed on a diagonal.
+/// Twice the reach, in units of the larger slope, is never too little, and all of it is needed on a
+/// diagonal.
 #[test]
 fn slope_factor_serves_every_plane() {
     for filter in FILTERS {
@@ -124,7 +127,8 @@ fn lengths_and_biases_are_inverse() {
     assert_relative_eq!(length(52.0), 40.0, max_relative = 1e-14);
 }
 
-/// The greatest distance between what the rasteriser interpolates and the truth, sampled along an edge.
+/// The greatest distance between what the rasteriser interpolates and the truth, sampled along an
+/// edge.
 #[test]
 fn vertex_linear_depth_by_sampling() {
     for ratio in [1.0, 1.0 + 1e-9, 1.01, 2.0, 10.0, 1e4] {
@@ -264,7 +268,8 @@ fn edge_on_planes_and_wrong_arguments() {
     });
 }
 
-/// Along the rays of a spot light, which come from a point: the stored depth of the point that is moved, from the matrix.
+/// Along the rays of a spot light, which come from a point: the stored depth of the point that is
+/// moved, from the matrix.
 #[test]
 fn lengths_under_spot_lights() {
     let (mut worst, mut inverse) = (Ratchet::new("depth under a lamp"), Ratchet::new("length under a lamp"));

@@ -10,8 +10,8 @@ use proptest::prelude::*;
 use shadow_warp::glam::DVec3;
 use shadow_warp::{Aim, Error, Lens, PerspectiveRule, Rule};
 
-/// Where the middle of the cube can be aimed at: where the light is further from it than any corner is, seen along its
-/// direction.
+/// Where the middle of the cube can be aimed at: where the light is further from it than any corner
+/// is, seen along its direction.
 #[test]
 fn the_middle_is_aimed_at_only_where_all_lies_before_the_light() {
     let (mut refused, mut accepted) = (0, 0);
@@ -41,7 +41,8 @@ fn the_middle_is_aimed_at_only_where_all_lies_before_the_light() {
 #[test]
 fn pole_on_the_line_of_sight() {
     let mut worst = Ratchet::new("pole of a perspective map");
-    // Across an axis of the picture, outside of it; and with the camera moved back, by its depths from there.
+    // Across an axis of the picture, outside of it; and with the camera moved back, by its depths
+    // from there.
     let sun = (log_between(2.5, 1e3), any::<[bool; 3]>());
     let shift = weighted(0.5, log_between(0.01, 100.0));
     let strategy = (log_between(1e-3, 10.0), log_between(1.5, 1e6), tangents(), sun, shift);
@@ -63,7 +64,8 @@ fn pole_on_the_line_of_sight() {
     worst.finish();
 }
 
-/// The camera moved back by the least shift has the body in its volume, touching it; by less it has not.
+/// The camera moved back by the least shift has the body in its volume, touching it; by less it has
+/// not.
 #[test]
 fn least_shift_holds_the_body() {
     let mut worst = Ratchet::new("least shift");

@@ -43,8 +43,8 @@ fn density_along_the_warp() {
     worst.finish();
 }
 
-/// The derivative of the map's plane by the place in light space, from the matrix alone; inverted: how far a step of
-/// one texel along each of the map's axes goes along light space's x and z.
+/// The derivative of the map's plane by the place in light space, from the matrix alone; inverted:
+/// how far a step of one texel along each of the map's axes goes along light space's x and z.
 fn texel_steps(map: &ShadowMap, q: DVec3) -> [DVec2; 2] {
     let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
     let [x, y, w] = [0, 1, 3].map(|i| matrix.row(i));
@@ -59,7 +59,8 @@ fn texel_steps(map: &ShadowMap, q: DVec3) -> [DVec2; 2] {
     [inverse.x_axis * (2.0 / width), inverse.y_axis * (2.0 / height)]
 }
 
-/// With axes of the view a step in x stays across, and a step in y goes along and, by the shear, across.
+/// With axes of the view a step in x stays across, and a step in y goes along and, by the shear,
+/// across.
 #[test]
 fn texel_extent_is_the_derivative() {
     let mut worst = Ratchet::new("texel extent");
@@ -89,8 +90,9 @@ fn texel_extent_is_the_derivative() {
     assert!(sheared > 100, "{sheared}");
 }
 
-/// With axes of the light alone each step goes askew. Its part along the warp, and its part across without the shear
-/// (the offset from the middle of the receivers' rectangle times the slope of w), are the two parts of the closed form.
+/// With axes of the light alone each step goes askew. Its part along the warp, and its part across
+/// without the shear (the offset from the middle of the receivers' rectangle times the slope of w),
+/// are the two parts of the closed form.
 #[test]
 fn texel_extent_of_fixed_axes_is_the_derivative() {
     let mut worst = Ratchet::new("texel extent, fixed axes");
@@ -136,7 +138,7 @@ fn worst_texel_bounds_every_sample() {
         let vertices = scene.receivers(DVec3::ZERO);
         let (attained, rounding) =
             vertices.iter().map(|p| (at(*p), slack(*p))).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a });
-        at_vertex.note((attained / worst - 1.0).abs(), rounding, &map);
+        at_vertex.note((attained / worst - 1.0).abs(), rounding, map);
         for body in scene.bodies.iter().filter(|body| !body.is_empty()) {
             for q in &points {
                 let p = q.of(body.vertices()) + body.origin();

@@ -18,7 +18,8 @@ fn transformed(view: &View, turn: DMat3, scale: f64, shift: DVec3) -> View {
     View::perspective_off_centre(turn * view.eye() * scale + shift, forward, up, sides, depth).unwrap()
 }
 
-/// LSP-10 for whole frusta and any rotation. Casters are left out: their box would have to turn with the world.
+/// LSP-10 for whole frusta and any rotation. Casters are left out: their box would have to turn
+/// with the world.
 #[test]
 fn move_turn_and_scale_the_world() {
     let mut worst = Ratchet::new("LSP-10, any turn");
@@ -55,7 +56,8 @@ fn move_turn_and_scale_the_world() {
     worst.finish();
 }
 
-/// LSP-10 for boxes and casters, with the turns that leave boxes along the axes, and a scale that rounds nothing.
+/// LSP-10 for boxes and casters, with the turns that leave boxes along the axes, and a scale that
+/// rounds nothing.
 #[test]
 fn move_quarter_turn_and_scale_the_world() {
     let mut worst = Ratchet::new("LSP-10, quarter turns");
@@ -115,7 +117,7 @@ fn mirrored_cameras_see_the_same() {
         let eta = a.warp().excess();
         let [x, y, z] = sizes(&plain.receivers(a.origin()), &a);
         let thin = (x.max(y).max(z) / x.min(y).min(z)).clamp(1.0, 1e6);
-        worst.note((a.warp().ratio() / b.warp().ratio() - 1.0).abs(), 1e-14 * thin, &a);
+        worst.note((a.warp().ratio() / b.warp().ratio() - 1.0).abs(), 1e-14 * thin, a);
         for q in plain.receivers(a.origin()) {
             let allowed = 0.3 * allowance(eta) * thin;
             worst.note((ndc(&a, q) - ndc(&b, q)).abs().max_element(), allowed, rule);
@@ -158,8 +160,8 @@ fn halves_are_the_whole() {
     assert!(used > 500, "{used}");
 }
 
-/// With axes of the light alone, no entry of the matrix jumps as the view turns through the light's direction, nor
-/// through its opposite.
+/// With axes of the light alone, no entry of the matrix jumps as the view turns through the light's
+/// direction, nor through its opposite.
 #[test]
 fn fixed_axes_are_continuous_through_parallel() {
     let mut moved = Ratchet::new("fixed axes through parallel light");
@@ -211,19 +213,19 @@ fn linear_depth_runs_from_casters_to_receivers() {
         // A body that is flat along the light is fitted as if it were thicker.
         let thick = 1e-5 * x.max(z);
         if y > thick && !scene.is_edge_on() {
-            worst.note(near.abs().max((receivers[1] - 1.0).abs()), 1e-14, &map);
+            worst.note(near.abs().max((receivers[1] - 1.0).abs()), 1e-14, map);
         }
-        worst.note((-near).max(receivers[1] - 1.0), 1e-14, &map);
+        worst.note((-near).max(receivers[1] - 1.0), 1e-14, map);
         // The uniform map's depth is linear, so it is the same row.
         let depth = map.clip_from_world_at(origin, ClipSpace::WGPU).row(2);
         let point = scene.receivers(origin)[0].extend(1.0);
         if y > thick {
-            worst.note((row.dot(point) - depth.dot(point)).abs(), 1e-15 * (x.max(z) / y + 1.0), &map);
+            worst.note((row.dot(point) - depth.dot(point)).abs(), 1e-15 * (x.max(z) / y + 1.0), map);
         }
         let there = scene.view.eye();
         let from_eye = scene.fit().linear_depth(there).unwrap().dot((point.truncate() + origin - there).extend(1.0));
         let size = origin.length() + there.length() + 1e3;
-        worst.note((from_eye - row.dot(point)).abs(), 1e-15 + f64::EPSILON * size / y.max(thick), &map);
+        worst.note((from_eye - row.dot(point)).abs(), 1e-15 + f64::EPSILON * size / y.max(thick), map);
     });
     worst.finish();
 }

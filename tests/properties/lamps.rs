@@ -12,7 +12,8 @@ use shadow_warp::{Axes, ClipSpace, Error, Fit, Light, Rule, ShadowMap, Warp, ali
 
 const RULES: [Rule; 4] = [Rule::Uniform, Rule::LISPSM, Rule::OPTIMAL, Rule::PSM];
 
-/// The vertices suffice: no point between them is worse, by any measure that the theorem is stated for.
+/// The vertices suffice: no point between them is worse, by any measure that the theorem is stated
+/// for.
 #[test]
 fn worst_texel_is_at_a_vertex() {
     let mut at_vertex = Ratchet::new("worst texel of a lamp at a vertex");
@@ -185,7 +186,8 @@ fn texels_are_as_large_as_the_matrix_says() {
         let points: Vec<_> = lit(&scene, map.origin()).into_iter().map(|q| q + map.origin()).collect();
         let [low, high] = extent(points.iter().map(|p| across(*p)));
         let distance = eye.distance(lamp.position());
-        // The picture of the line of sight is one place across the warp, known well where the eye is not beside the lamp.
+        // The picture of the line of sight is one place across the warp, known well where the eye
+        // is not beside the lamp.
         if base(eye).abs() < 0.1 * distance || space.sin_gamma < 1e-3 || high - low < 1e-3 {
             return;
         }

@@ -34,7 +34,8 @@ fn axes_are_orthonormal() {
     worst.finish();
 }
 
-/// LSP-21: relative steps of 1e-6 in the sine change the excess by as much, or for the damped rule by twice as much.
+/// LSP-21: relative steps of 1e-6 in the sine change the excess by as much, or for the damped rule
+/// by twice as much.
 #[test]
 fn excess_is_continuous() {
     let mut worst = Ratchet::new("LSP-21");

@@ -12,8 +12,9 @@ use shadow_warp::aliasing::pixels_per_texel;
 use shadow_warp::glam::{DVec3, DVec4};
 use shadow_warp::{Axes, Bounds, ClipSpace, Error, NearDepth, Rule, Sides, View};
 
-/// How far the body of the casters may reach beyond the map's sides where the receivers are slivers to the light: the
-/// planes along their edges have lost digits then. In few scenes it sticks out further.
+/// How far the body of the casters may reach beyond the map's sides where the receivers are slivers
+/// to the light: the planes along their edges have lost digits then. In few scenes it sticks out
+/// further.
 const SWEPT: f64 = 1e-5;
 /// Of each class.
 const SCENES: u32 = 120;
@@ -212,7 +213,8 @@ fn any_scene_has_a_sound_map() {
             let mut is_beside = false;
             for q in scene.caster_points(map.origin()) {
                 let (rounding, p) = (product_rounding(&map, q), ndc(&map, q));
-                // Casters that stand 1e15 times the size of the receivers above them are beyond f64.
+                // Casters that stand 1e15 times the size of the receivers above them are beyond
+                // f64.
                 if (0.0..0.01).contains(&rounding) {
                     let aside = (p.x.abs().max(p.y.abs()) - 1.0).max(0.0);
                     if aside > SWEPT * map.warp().ratio() {

@@ -16,7 +16,8 @@ fn texture_axes(scene: &Scene, map: &ShadowMap) -> [DVec3; 2] {
     if scene.axes == Axes::LightFixed { space.fixed_axes() } else { [space.x, space.z] }
 }
 
-/// LSP-1, LSP-2: receivers fill the four sides and reach the far plane; casters reach the near plane.
+/// LSP-1, LSP-2: receivers fill the four sides and reach the far plane; casters reach the near
+/// plane.
 #[test]
 fn contains_and_touches() {
     let (mut inside, mut touch) = (Ratchet::new("LSP-1"), Ratchet::new("LSP-2"));
@@ -82,9 +83,9 @@ fn receivers_touch_the_near_plane_if_asked_to() {
         let [low, high] = extent(receivers.iter().map(|q| ndc(&map, *q).z));
         let allowed = 0.3 * allowance(map.warp().excess());
         let [across, height, along] = sizes(&receivers, &map);
-        touch.note((-low).max(high - 1.0), allowed, &map);
+        touch.note((-low).max(high - 1.0), allowed, map);
         if height > 1e-5 * across.max(along) {
-            touch.note(low.abs().max((high - 1.0).abs()), allowed, &map);
+            touch.note(low.abs().max((high - 1.0).abs()), allowed, map);
         }
     });
     touch.finish();
@@ -180,7 +181,7 @@ fn w_gradient_is_the_view_across_the_light() {
         // The near depth is that of a vertex, which is rounded like the body.
         let size = receivers.iter().map(|q| q.length()).fold(eye_depth.abs(), f64::max);
         let allowed = 1e-15 + f64::EPSILON * size / near;
-        worst.note((row - expected).length(), allowed * expected.length(), &map);
+        worst.note((row - expected).length(), allowed * expected.length(), map);
     });
     worst.finish();
 }

@@ -20,7 +20,8 @@ fn tilted(depth: [f64; 2], sides: Sides, gamma: f64) -> Scene {
     Scene::new(view, DVec3::new(0.0, gamma.sin(), gamma.cos()), &[all], all)
 }
 
-/// `t` of a depth on the line of sight, from the corners of the body; the light is in the plane of y and z.
+/// `t` of a depth on the line of sight, from the corners of the body; the light is in the plane of
+/// y and z.
 fn place(scene: &Scene, gamma: f64, depth: f64) -> f64 {
     let z = DVec3::new(0.0, -gamma.cos(), gamma.sin());
     let [low, high] = extent(scene.receivers(DVec3::ZERO).iter().map(|q| z.dot(*q)));
@@ -59,7 +60,8 @@ fn least_error_at_the_ends_by_brute_force() {
             let eta = map.warp().excess();
             let best = brute_force(|eta| worst_end(q, t, eta));
             let [found, expected] = [eta, best].map(|eta| worst_end(q, t, eta));
-            // At a corner of the function the place is as good as the value; in a valley by its root.
+            // At a corner of the function the place is as good as the value; in a valley by its
+            // root.
             worst.note((found / expected - 1.0).abs(), 1e-14, (degrees, eta, best));
             worst.note((eta - best).abs() / (1.0 + best), 1e-7, (degrees, eta, best));
             assert!(found <= worst_end(q, t, 0.0), "{degrees}");
@@ -78,7 +80,8 @@ fn least_error_at_the_ends_by_brute_force() {
     worst.finish();
 }
 
-/// On random scenes: never worse than without a warp, and the poles of equal ends at `-sqrt(z_n z_f)`.
+/// On random scenes: never worse than without a warp, and the poles of equal ends at `-sqrt(z_n
+/// z_f)`.
 #[test]
 fn never_worse_than_uniform_on_the_line_of_sight() {
     let (mut warped, mut met) = (0, 0);
@@ -108,8 +111,8 @@ fn never_worse_than_uniform_on_the_line_of_sight() {
     assert!(warped > 200 && met > 100, "{warped} {met}");
 }
 
-/// The direction from the eye to the mean of the vertices (Wimmer and Scherzer 2005), or to the centroid of the volume, for the
-/// axes and for the sine alike.
+/// The direction from the eye to the mean of the vertices (Wimmer and Scherzer 2005), or to the
+/// centroid of the volume, for the axes and for the sine alike.
 #[test]
 fn middle_vector_makes_the_axes() {
     let mut worst = Ratchet::new("middle vector");
@@ -120,7 +123,8 @@ fn middle_vector_makes_the_axes() {
         let eye = scene.view.eye();
         let is_mean = axes == Axes::VertexMean;
         let points = scene.receivers(eye);
-        // A body that is thin has its surface count a little: 2^-26 of its size, the area, over the volume.
+        // A body that is thin has its surface count a little: 2^-26 of its size, the area, over the
+        // volume.
         let (sum, unsure) = if is_mean {
             (points.into_iter().sum(), 0.0)
         } else {
@@ -148,7 +152,8 @@ fn middle_vector_makes_the_axes() {
     });
     worst.finish();
     assert!(turned.iter().all(|n| *n > 50), "{turned:?}");
-    // With all of it behind the view's middle plane the view itself counts: an orthographic camera may look back.
+    // With all of it behind the view's middle plane the view itself counts: an orthographic camera
+    // may look back.
     let view = View::orthographic(DVec3::ZERO, DVec3::Z, DVec3::Y, Sides::centred(4.0, 4.0), -10.0..1.0).unwrap();
     let behind = box_about(DVec3::new(1.0, 0.0, -5.0), DVec3::splat(0.5));
     let scene = Scene::new(view, DVec3::Y, &[behind], behind);
@@ -159,8 +164,8 @@ fn middle_vector_makes_the_axes() {
     }
 }
 
-/// Volume, area, and the volume times the centroid relative to a point: the sum over all receivers of the tetrahedra between a
-/// vertex of the body and the triangles of its faces.
+/// Volume, area, and the volume times the centroid relative to a point: the sum over all receivers
+/// of the tetrahedra between a vertex of the body and the triangles of its faces.
 fn centroid(scene: &Scene, origin: DVec3) -> (f64, f64, DVec3) {
     let (mut volume, mut area, mut moment) = (0.0, 0.0, DVec3::ZERO);
     for body in scene.bodies.iter().filter(|body| !body.is_empty()) {
@@ -176,7 +181,8 @@ fn centroid(scene: &Scene, origin: DVec3) -> (f64, f64, DVec3) {
     (volume, area, moment)
 }
 
-/// The part of the body between two depths decides on the warp, as if it were all there is; the map covers all the same.
+/// The part of the body between two depths decides on the warp, as if it were all there is; the map
+/// covers all the same.
 #[test]
 fn chosen_depths_change_the_warp_alone() {
     let mut worst = Ratchet::new("chosen depths");
@@ -210,7 +216,8 @@ fn chosen_depths_change_the_warp_alone() {
             changed += 1;
             lamps += u32::from(is_lamp);
         }
-        // LiSPSM's own numbers: near, far and extent of the part, for the warp's near distance d/eta.
+        // LiSPSM's own numbers: near, far and extent of the part, for the warp's near distance
+        // d/eta.
         if rule == Rule::LISPSM && !is_lamp {
             let space = map.light_space();
             let part = lit_between(scene, chosen);
@@ -260,8 +267,8 @@ fn line_of_sight_of_a_camera_off_its_centre() {
     }
 }
 
-/// The warp's centre across it is the eye's place, so that the line of sight, or that through the view's middle, runs straight
-/// up the map, unless the receivers are all beside it.
+/// The warp's centre across it is the eye's place, so that the line of sight, or that through the
+/// view's middle, runs straight up the map, unless the receivers are all beside it.
 #[test]
 fn line_of_sight_runs_straight_up_the_map() {
     let mut worst = Ratchet::new("line of sight on the map");

@@ -1,4 +1,5 @@
-//! The error on the view axis of a whole frustum with the light perpendicular to the view, read off the map.
+//! The error on the view axis of a whole frustum with the light perpendicular to the view, read off
+//! the map.
 
 use crate::CASES;
 use crate::random::basic::{log_between, unit};
@@ -56,7 +57,8 @@ fn ends_are_equal() {
     worst.finish();
 }
 
-/// LSP-15: a minimum inside, at `sqrt(z_n z_f)`, of `4 z_n (sqrt z_f - sqrt z_n)/(sqrt z_f + sqrt z_n)`.
+/// LSP-15: a minimum inside, at `sqrt(z_n z_f)`, of `4 z_n (sqrt z_f - sqrt z_n)/(sqrt z_f + sqrt
+/// z_n)`.
 #[test]
 fn least_error_is_at_the_mean_depth() {
     let mut worst = Ratchet::new("LSP-15");

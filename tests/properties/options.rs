@@ -10,7 +10,8 @@ use approx::assert_relative_eq;
 use shadow_warp::glam::DVec3;
 use shadow_warp::{Axes, ClipSpace, Fit, Lens, NearDepth, Rule};
 
-/// The size of the map decides on the size of its texels, and on nothing else, unless the warp is the best for it.
+/// The size of the map decides on the size of its texels, and on nothing else, unless the warp is
+/// the best for it.
 #[test]
 fn map_size_is_the_number_of_texels() {
     each_kind("map-size", CASES, (rule(), mixture(), [1..5000_u32, 1..5000]), |scene, _, (rule, q, size)| {
@@ -46,7 +47,8 @@ fn viewport_is_the_number_of_pixels() {
     });
 }
 
-/// The near plane alone moves: from the highest caster to the highest receiver, which is lower or the same.
+/// The near plane alone moves: from the highest caster to the highest receiver, which is lower or
+/// the same.
 #[test]
 fn near_depth_moves_the_near_plane_alone() {
     let mut lowered = 0;
@@ -65,8 +67,9 @@ fn near_depth_moves_the_near_plane_alone() {
     assert!(lowered > 300, "{lowered}");
 }
 
-/// With axes of the light alone the map's columns and rows have the same direction for all cameras: those of
-/// [`LightSpace::fixed_axes`](shadow_warp::LightSpace::fixed_axes). With the others its rows lie across the direction that they follow.
+/// With axes of the light alone the map's columns and rows have the same direction for all cameras:
+/// those of [`LightSpace::fixed_axes`](shadow_warp::LightSpace::fixed_axes). With the others its
+/// rows lie across the direction that they follow.
 #[test]
 fn axes_are_the_directions_of_the_texture() {
     let mut worst = Ratchet::new("directions of the texture");

@@ -19,7 +19,8 @@ pub(crate) fn unsupported(result: &Result<ShadowMap, Error>) -> bool {
     matches!(result, Err(Error::Unsupported { .. }))
 }
 
-/// Scenes under a sun and under lamps, with their maps, some of them shifted; points are relative to the map's origin.
+/// Scenes under a sun and under lamps, with their maps, some of them shifted; points are relative
+/// to the map's origin.
 fn each_map<E: Strategy + Clone>(
     name: &str,
     more: E,
@@ -27,7 +28,8 @@ fn each_map<E: Strategy + Clone>(
 ) {
     let (mut suns, mut refused) = (0, 0);
     each_kind(name, CASES, (select(vec![0.0, 0.0, 1.0]), more.clone()), |scene, _, (shift, more)| {
-        // What this camera sees is out of its picture once it has moved back only where a side leans inward.
+        // What this camera sees is out of its picture once it has moved back only where a side
+        // leans inward.
         let widens = match scene.view.lens() {
             Lens::Perspective(s) => s.left.max(s.bottom) < 0.0 && s.right.min(s.top) > 0.0,
             Lens::Orthographic(_) => false,
@@ -222,7 +224,8 @@ fn a_sun_in_the_picture_makes_a_uniform_map() {
     assert!(seen > 100, "{seen}");
 }
 
-/// LSP-28: moved back by `sqrt(n f)`, under a light across the view, this is LiSPSM; not moved, its ratio is `f/n`.
+/// LSP-28: moved back by `sqrt(n f)`, under a light across the view, this is LiSPSM; not moved, its
+/// ratio is `f/n`.
 #[test]
 fn moved_back_by_the_mean_depth_it_is_lispsm() {
     let (mut excess, mut same) = (Ratchet::new("LSP-28 excess"), Ratchet::new("LSP-28 map"));
@@ -268,7 +271,8 @@ fn texels_are_as_large_as_the_matrix_says() {
         if across.min(along) < 1e-3 * height.max(across).max(along) {
             return;
         }
-        // On the line along the warp through the place of the body's extents that is nearest to the eye there is no shear.
+        // On the line along the warp through the place of the body's extents that is nearest to the
+        // eye there is no shear.
         let space = map.light_space();
         assert!((space.y - light.y).length() < 1e-15);
         let of_view = shadow_warp::LightSpace::new(&scene.view, &scene.light).unwrap();

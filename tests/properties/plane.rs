@@ -13,7 +13,8 @@ use shadow_warp::{Bounds, Error, Lens, Light, Plane, Rule, ShadowMap, Sides, Vie
 /// What a ground is made of: camera, whether it is orthographic, height and things, light.
 type Ground = ((DVec3, f64, f64, f64, f64), Option<()>, (f64, Option<f64>), (DVec3, [f64; 2]));
 
-/// A ground that is seen from above, flat or with things on it, a light that shines down, and the ground's plane.
+/// A ground that is seen from above, flat or with things on it, a light that shines down, and the
+/// ground's plane.
 fn ground(is_lamp: bool) -> impl Strategy<Value = (Scene, Plane)> + Clone {
     let camera = (inside(100.0), log_between(1.0, 30.0), 0.0..core::f64::consts::TAU, 0.05..0.6, 0.2..1.5);
     let things = (log_between(1.0, 30.0), weighted(0.5, 0.001..0.02));
@@ -83,7 +84,8 @@ fn each_map<E: Strategy + Clone>(
     }
 }
 
-/// Pixels per texel are the same everywhere on the plane: from the camera's picture of it to the map is an affine way.
+/// Pixels per texel are the same everywhere on the plane: from the camera's picture of it to the
+/// map is an affine way.
 #[test]
 fn pixels_per_texel_are_constant_on_the_plane() {
     let mut worst = Ratchet::new("constant pixels per texel");

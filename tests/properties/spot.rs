@@ -120,7 +120,8 @@ fn light_rays_stay_in_their_texel() {
     sideways.finish();
 }
 
-/// LSP-35: the errors of an edge along the line of sight at its two ends; no other warp has a smaller worst one.
+/// LSP-35: the errors of an edge along the line of sight at its two ends; no other warp has a
+/// smaller worst one.
 #[test]
 fn errors_on_the_line_of_sight_are_equal() {
     let mut equal = Ratchet::new("LSP-35");
@@ -190,8 +191,8 @@ fn errors_on_the_line_of_sight_are_equal() {
     assert!(compared > 120 && met > 30, "{compared} {met}");
 }
 
-/// The picture of the line of sight runs along z, ahead, wherever the lamp shines; the direction does not depend on where on
-/// the line the eye is.
+/// The picture of the line of sight runs along z, ahead, wherever the lamp shines; the direction
+/// does not depend on where on the line the eye is.
 #[test]
 fn axes_follow_the_picture_of_the_line_of_sight() {
     let (mut same, mut straight) = (Ratchet::new("Plücker direction"), Ratchet::new("picture of the line of sight"));

@@ -21,7 +21,8 @@ fn some_rule() -> impl Strategy<Value = TrapezoidalRule> + Clone {
     prop_oneof![Just(TrapezoidalRule::default()), other]
 }
 
-/// Scenes under a sun and under lamps, with maps of several rules; points are relative to the map's origin.
+/// Scenes under a sun and under lamps, with maps of several rules; points are relative to the map's
+/// origin.
 fn each_map<E: Strategy + Clone>(
     name: &str,
     more: E,
@@ -80,7 +81,8 @@ fn focus_lands_on_its_line() {
         let [near, far] = depths(scene, map, points);
         let q = scene.view.eye() - map.origin() + scene.view.forward() * (near + rule.focus.min(1.0) * (far - near));
         let eta = map.warp().excess();
-        // Where it is before the lamp, the warp is not faded, and not as strong as f64 carries here.
+        // Where it is before the lamp, the warp is not faded, and not as strong as f64 carries
+        // here.
         let most = scene.fit().solve(Rule::Explicit(Warp::new(Warp::MAX_EXCESS).unwrap())).unwrap().warp().excess();
         let is_free = eta > 0.0 && eta < 0.999 * most.min(far / near - 1.0);
         if rule.fade || base(scene, q + map.origin()) <= 0.0 || !is_free || along <= 1e-5 * across.max(height) {
@@ -101,7 +103,8 @@ fn focus_lands_on_its_line() {
     assert!(suns > 150 && lamps > 10, "{suns} {lamps}");
 }
 
-/// LSP-31: the corners of the map, seen along the light, are the paper's trapezoid; its eight matrices make the same map.
+/// LSP-31: the corners of the map, seen along the light, are the paper's trapezoid; its eight
+/// matrices make the same map.
 #[test]
 fn eight_matrices_make_the_same_map() {
     let mut worst = Ratchet::new("LSP-31");
@@ -139,8 +142,8 @@ fn eight_matrices_make_the_same_map() {
     assert!(compared > 150, "{compared}");
 }
 
-/// The paper's `eta = (lambda delta' + lambda delta' xi)/(lambda - 2 delta' - lambda xi)`, where it is a number, and the map
-/// as near to the uniform one as it gets, where it is not.
+/// The paper's `eta = (lambda delta' + lambda delta' xi)/(lambda - 2 delta' - lambda xi)`, where it
+/// is a number, and the map as near to the uniform one as it gets, where it is not.
 #[test]
 fn excess_is_the_reciprocal_of_the_papers() {
     let mut worst = Ratchet::new("the excess of the trapezoidal rule");
@@ -168,7 +171,8 @@ fn excess_is_the_reciprocal_of_the_papers() {
         let t = 0.8 - below;
         assert_relative_eq!(at(t, 0.8), (0.8 - t) / (0.2 * t), max_relative = 1e-15);
     }
-    // Beyond the line, and on it, nothing; at the top line or before it, the camera's own perspective.
+    // Beyond the line, and on it, nothing; at the top line or before it, the camera's own
+    // perspective.
     let most = slab.far / slab.near - 1.0;
     for (t, line, expected) in [
         (0.8, 0.8, 0.0),
@@ -187,7 +191,8 @@ fn excess_is_the_reciprocal_of_the_papers() {
     ] {
         assert_eq!(at(t, line).to_bits(), expected.to_bits(), "{t} {line}");
     }
-    // A focus that is no share of the depths is at one of their ends, and behind a lamp there is none.
+    // A focus that is no share of the depths is at one of their ends, and behind a lamp there is
+    // none.
     let along = ViewAxis { t: [0.1, 0.5], w: [1.0, 0.0] };
     let with = |focus: f64| TrapezoidalRule { focus, ..PLAIN }.excess(&slab, &along).to_bits();
     for (focus, same) in
@@ -205,7 +210,8 @@ fn plain(gamma: f64) -> Scene {
     Scene::new(view, DVec3::new(0.0, gamma.sin(), gamma.cos()), &[all], all)
 }
 
-/// The paper's ratio tends to 4 as light and view become parallel; faded, to 1, and without a jump anywhere.
+/// The paper's ratio tends to 4 as light and view become parallel; faded, to 1, and without a jump
+/// anywhere.
 #[test]
 fn fades_as_light_and_view_become_parallel() {
     let ratio = |gamma: f64, fade: bool| {

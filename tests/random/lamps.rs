@@ -32,8 +32,8 @@ pub(crate) const PLACES: [Place; 7] =
 const CAMERAS: Cameras =
     Cameras { world: 100.0, near: [1e-2, 1.0], ratio: [10.0, 1e5], far: f64::INFINITY, tangent: [0.05, 2.0] };
 
-/// A visible scene under a spot light, which mostly shines at a place in view: cones from 0.001 to 89.9 degrees, ranges up to
-/// 1e6 times the near distance.
+/// A visible scene under a spot light, which mostly shines at a place in view: cones from 0.001 to
+/// 89.9 degrees, ranges up to 1e6 times the near distance.
 pub(crate) fn lamp(place: Place) -> impl Strategy<Value = Scene> + Clone {
     let target = ([-0.9..0.9, -0.9..0.9], 0.01..0.99);
     let position = (log_between(0.1, 10.0), [-1.0..1.0, -1.0..1.0], unit(), direction());
@@ -106,8 +106,9 @@ pub(crate) fn probes() -> impl Strategy<Value = [Probe; 8]> + Clone {
     [(); 8].map(|()| probe.clone())
 }
 
-/// Asserts that no point of the casters' box between the near plane of a lamp and a receiver lies before the map's near
-/// plane, and returns the least depth of those that were tried, 1 if there were none.
+/// Asserts that no point of the casters' box between the near plane of a lamp and a receiver lies
+/// before the map's near plane, and returns the least depth of those that were tried, 1 if there
+/// were none.
 pub(crate) fn assert_casters_are_shown(scene: &Scene, map: &ShadowMap, probes: &[Probe]) -> f64 {
     let (lamp, casters) = (spot(&scene.light), &scene.casters);
     let (receivers, mut nearest) = (lit(scene, map.origin()), 1.0_f64);
@@ -123,8 +124,8 @@ pub(crate) fn assert_casters_are_shown(scene: &Scene, map: &ShadowMap, probes: &
     for point in probes.iter().flat_map(|probe| [anywhere(probe), corner(probe), between(probe)]) {
         let q = point - map.origin();
         let base = lamp.direction().dot(point - lamp.position());
-        // The box is cut with a rounding of its size to spare, which is much of a narrow cone near its lamp, and more where a
-        // strong warp begins.
+        // The box is cut with a rounding of its size to spare, which is much of a narrow cone near
+        // its lamp, and more where a strong warp begins.
         let slack = 64.0 * f64::EPSILON * size.length() * map.warp().ratio() / lamp.outer_angle().min(1.0);
         let started = base > lamp.near() * (1.0 + 1e-12) && rounding(scene, map, q) < 1e-4 && slack < 1e-3 * base;
         let place = ndc(map, q);

@@ -92,13 +92,14 @@ impl Scene {
 pub(crate) const LIGHT_SPACE_RULES: [LightSpaceRule; 4] =
     [LightSpaceRule::Extent, LightSpaceRule::Damped, LightSpaceRule::ViewDepth, LightSpaceRule::Depth];
 
-/// Normalised device coordinates of a point relative to the map's origin; depth from 0 at the light's side.
+/// Normalised device coordinates of a point relative to the map's origin; depth from 0 at the
+/// light's side.
 pub(crate) fn ndc(map: &ShadowMap, point: DVec3) -> DVec3 {
     project(map.clip_from_world_at(map.origin(), ClipSpace::WGPU) * point.extend(1.0))
 }
 
-/// How far the rounding of a vertex, and of its product with the matrix, moves it in normalised device coordinates. It
-/// counts where a body is thin against its distance from the origin.
+/// How far the rounding of a vertex, and of its product with the matrix, moves it in normalised
+/// device coordinates. It counts where a body is thin against its distance from the origin.
 pub(crate) fn product_rounding(map: &ShadowMap, point: DVec3) -> f64 {
     let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
     let p = point.extend(1.0);
@@ -115,7 +116,8 @@ pub(crate) fn extent(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     values.into_iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
 }
 
-/// The sizes of the points' extents along the axes of light space, across, towards the light and along.
+/// The sizes of the points' extents along the axes of light space, across, towards the light and
+/// along.
 pub(crate) fn sizes(points: &[DVec3], map: &ShadowMap) -> [f64; 3] {
     let space = map.light_space();
     [space.x, space.y, space.z].map(|axis| {
@@ -140,7 +142,8 @@ pub(crate) fn spot(light: &Light) -> &Spot {
     }
 }
 
-/// The vertices of what the light shines on, relative to a point: the receivers as they are, under a light at infinity.
+/// The vertices of what the light shines on, relative to a point: the receivers as they are, under
+/// a light at infinity.
 pub(crate) fn lit(scene: &Scene, origin: DVec3) -> Vec<DVec3> {
     let relative = |body: LitBody| {
         let shift = body.origin() - origin;
@@ -149,8 +152,8 @@ pub(crate) fn lit(scene: &Scene, origin: DVec3) -> Vec<DVec3> {
     scene.fit().lit_receivers().flat_map(relative).collect()
 }
 
-/// How much the rounding of a world position changes the aliasing there, relative: through `w^2`, and through the
-/// depth.
+/// How much the rounding of a world position changes the aliasing there, relative: through `w^2`,
+/// and through the depth.
 pub(crate) fn world_rounding(map: &ShadowMap, scene: &Scene, p: DVec3) -> f64 {
     let size = (p.abs() + map.origin().abs() + scene.view.eye().abs()).element_sum();
     let row = map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(3);
@@ -159,7 +162,8 @@ pub(crate) fn world_rounding(map: &ShadowMap, scene: &Scene, p: DVec3) -> f64 {
     2.0 * f64::EPSILON * size * (2.0 * w + if scene.view.is_perspective() { 1.0 / depth } else { 0.0 })
 }
 
-/// The vertices of what the light shines on between two depths, relative to the eye, by the edges of the bodies.
+/// The vertices of what the light shines on between two depths, relative to the eye, by the edges
+/// of the bodies.
 pub(crate) fn lit_between(scene: &Scene, [low, high]: [f64; 2]) -> Vec<DVec3> {
     let (eye, forward) = (scene.view.eye(), scene.view.forward());
     let mut all = Vec::new();
@@ -178,8 +182,8 @@ pub(crate) fn lit_between(scene: &Scene, [low, high]: [f64; 2]) -> Vec<DVec3> {
     all
 }
 
-/// What rounding allows at a point relative to the map's origin: of its product with the matrix, and of a lamp's place, which
-/// counts where the lamp is far from a small part that it shines on.
+/// What rounding allows at a point relative to the map's origin: of its product with the matrix,
+/// and of a lamp's place, which counts where the lamp is far from a small part that it shines on.
 pub(crate) fn rounding(scene: &Scene, map: &ShadowMap, q: DVec3) -> f64 {
     let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
     let light = scene.light.homogeneous();

@@ -6,9 +6,10 @@ use super::is_usual_run;
 
 /// A tolerance, and the greatest share of it that was ever used.
 ///
-/// A tolerance is a ratchet: the usual run must use at least a tenth of it, or it is too wide and the test fails. When the
-/// usual run needs less, narrow it. The test fails where the ratchet is dropped, at its end. Longer runs, and those of
-/// other seeds, see rarer coincidences of rounding, and may use [`Ratchet::RARE`] times as much.
+/// A tolerance is a ratchet: the usual run must use at least a tenth of it, or it is too wide and
+/// the test fails. When the usual run needs less, narrow it. The test fails where the ratchet is
+/// dropped, at its end. Longer runs, and those of other seeds, see rarer coincidences of rounding,
+/// and may use [`Ratchet::RARE`] times as much.
 pub(crate) struct Ratchet {
     what: &'static str,
     share: f64,

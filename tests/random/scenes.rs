@@ -1,4 +1,5 @@
-//! Strategies for scenes, near-degenerate on purpose: all of a scene is drawn about its view, so that some of it is seen.
+//! Strategies for scenes, near-degenerate on purpose: all of a scene is drawn about its view, so
+//! that some of it is seen.
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 
@@ -114,7 +115,8 @@ pub(crate) fn sun(kind: Kind, least: f64) -> impl Strategy<Value = Sun> + Clone 
 pub(crate) enum Region {
     /// The whole view volume.
     All,
-    /// A box about a point in the picture, at a share of the way from near to far in logarithm; its size over the depth.
+    /// A box about a point in the picture, at a share of the way from near to far in logarithm; its
+    /// size over the depth.
     Part { place: [f64; 2], depth: f64, half: DVec3 },
 }
 
@@ -178,8 +180,9 @@ pub(crate) fn surround() -> impl Strategy<Value = Surround> + Clone {
     ]
 }
 
-/// A visible scene: world up to 1e3, far/near up to 1e7, angles between light and view down to 1e-9 and exactly 0 and pi, one or
-/// two boxes, some of them flat, casters that hold the receivers or miss a part of them.
+/// A visible scene: world up to 1e3, far/near up to 1e7, angles between light and view down to 1e-9
+/// and exactly 0 and pi, one or two boxes, some of them flat, casters that hold the receivers or
+/// miss a part of them.
 pub(crate) fn moderate(kind: Kind) -> impl Strategy<Value = Scene> + Clone {
     let axes = prop_oneof![2 => Just(Axes::View), 1 => Just(Axes::LightFixed)];
     let size = select(vec![[1024, 1024], [1024, 512], [512, 2048]]);
@@ -199,7 +202,8 @@ pub(crate) fn rule() -> impl Strategy<Value = Rule> + Clone {
     prop_oneof![1 => Just(Rule::Uniform), 4 => select(published.to_vec()), 1 => explicit]
 }
 
-/// Runs a property on moderate scenes under each kind of light, so many of each, with values of a strategy.
+/// Runs a property on moderate scenes under each kind of light, so many of each, with values of a
+/// strategy.
 pub(crate) fn each_kind<E: Strategy + Clone>(
     name: &str,
     cases: u32,
