@@ -5,7 +5,7 @@ use glam::{DVec3, DVec4};
 use super::extent::{Extent, at, row};
 use super::{Fit, NearDepth};
 use crate::basis::{Axes, LightSpace};
-use crate::body::{Body, LitBody, Reach};
+use crate::body::{Body, ConvexBody, Reach};
 use crate::error::Error;
 use crate::light::{Light, Spot};
 use crate::math::max;
@@ -190,25 +190,37 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
     /// Calls `f` with the points between two depths in the view that matter, positions relative to the origin: vertices, and
     /// where edges pass one of these depths.
     pub(super) fn each_between(&self, depths: Extent, mut f: impl FnMut(DVec3)) {
-        let eye = self.to_eye();
-        let depth = |q: DVec3| self.fit.view.forward().dot(q - eye);
         for body in self.fit.receivers {
-            let shift = body.origin() - self.origin;
-            let lit: LitBody = body.lit_by(self.fit.light, &self.space);
-            let vertices = lit.vertices();
-            for vertex in vertices {
-                let q = *vertex + shift;
-                if (depths.low..=depths.high).contains(&depth(q)) {
-                    f(q);
-                }
+            if self.spot.is_some() {
+                self.each_of_body(&body.lit_by(self.fit.light, &self.space), depths, &mut f);
+            } else {
+                self.each_of_body(body, depths, &mut f);
             }
-            for (a, b) in lit.edges() {
-                let (p, q) = (vertices[a] + shift, vertices[b] + shift);
-                for bound in [depths.low, depths.high] {
-                    let (before, beyond) = (bound - depth(p), depth(q) - bound);
-                    if before * beyond > 0.0 {
-                        f(p + (q - p) * (before / (before + beyond)));
-                    }
+        }
+    }
+
+    /// As [`Frame::each_between`], of one body.
+    fn each_of_body<const V2: usize, const F2: usize>(
+        &self,
+        body: &ConvexBody<V2, F2>,
+        depths: Extent,
+        f: &mut impl FnMut(DVec3),
+    ) {
+        let (vertices, shift) = (body.vertices(), body.origin() - self.origin);
+        let (eye, forward) = (self.to_eye() - shift, self.fit.view.forward());
+        let depth = |q: DVec3| forward.dot(q - eye);
+        for vertex in vertices {
+            if (depths.low..=depths.high).contains(&depth(*vertex)) {
+                f(*vertex + shift);
+            }
+        }
+        for (a, b) in body.edges() {
+            let (p, q) = (vertices[a], vertices[b]);
+            let (first, last) = (depth(p), depth(q));
+            for bound in [depths.low, depths.high] {
+                let (before, beyond) = (bound - first, last - bound);
+                if before * beyond > 0.0 {
+                    f(p + (q - p) * (before / (before + beyond)) + shift);
                 }
             }
         }
