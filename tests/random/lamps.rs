@@ -127,8 +127,9 @@ pub(crate) fn assert_casters_are_shown(scene: &Scene, map: &ShadowMap, probes: &
         // The box is cut with a rounding of its size to spare, which is much of a narrow cone near
         // its lamp, and more where a strong warp begins.
         let slack = 64.0 * f64::EPSILON * size.length() * map.warp().ratio() / lamp.outer_angle().min(1.0);
-        // What is beyond the lamp's range stands before nothing that it lights.
+        // What is beyond the lamp's range, or out of its cone, stands before nothing that it lights.
         let lit = base > lamp.near() * (1.0 + 1e-12) && base < lamp.range();
+        let lit = lit && base >= point.distance(lamp.position()) * lamp.outer_angle().cos();
         let started = lit && rounding(scene, map, q) < 1e-4 && slack < 1e-3 * base;
         let place = ndc(map, q);
         if started && map.w(point) > 0.0 && place.truncate().abs().max_element() <= 1.0 {
