@@ -239,7 +239,7 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
             let unit = (1.0 / clip.row(2).truncate().dot(job.to_light)).abs();
             let slope = clip.row(3).truncate().length();
             let heights = job.size() / unit * (1.0 + slope * job.size()) / job.grazing();
-            let tolerance = EPS * (320.0 * (1.0 + excess) + 48.0 * heights);
+            let tolerance = EPS * (512.0 * (1.0 + excess) + 80.0 * heights);
             if tolerance > 1e-6 {
                 // A point or a line far off: nothing to measure depths by.
                 vague += 1;

@@ -17,7 +17,7 @@ use shadow_warp::{Body, Bounds, ConvexBody, Error, Plane, View};
 /// As in the test of what a camera sees: roundings of the greatest coordinate.
 const ULPS: f64 = 4.0;
 /// Of the volume, in the same times the area of the box.
-const VOLUME_ULPS: f64 = 3.0;
+const VOLUME_ULPS: f64 = 2.0;
 
 type Roomy = ConvexBody<64, 34>;
 
