@@ -238,7 +238,8 @@ fn the_near_plane_touches_the_caster_closest_to_the_light() {
             // height is in proportion to it.
             let unit = (1.0 / clip.row(2).truncate().dot(job.to_light)).abs();
             let slope = clip.row(3).truncate().length();
-            let heights = job.size() / unit * (1.0 + slope * job.size()) / job.grazing();
+            let along = slope * job.size();
+            let heights = (job.size() / unit * (1.0 + along) + along) / job.grazing();
             let tolerance = EPS * (512.0 * (1.0 + excess) + 80.0 * heights);
             if tolerance > 1e-6 {
                 // A point or a line far off: nothing to measure depths by.
