@@ -269,7 +269,7 @@ impl<'a> Frame<'a> {
                 }
                 continue;
             }
-            let mut reach = Reach::new(to_light, self.fit.casters, self.origin, shift, [height, w]);
+            let mut reach = Reach::above(body, to_light, self.fit.casters, self.origin, [height, w]);
             for (vertex, point) in body.vertices().iter().enumerate() {
                 let q = *point + shift;
                 let (height, per_w) = include(q);
