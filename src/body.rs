@@ -55,6 +55,8 @@ use crate::view::View;
 #[derive(Clone, Copy, Debug)]
 pub struct ConvexBody<const V: usize, const F: usize> {
     origin: DVec3,
+    /// The greatest coordinate of the box that it was cut from: what rounding is measured by.
+    size: f64,
     len: usize,
     planes_len: usize,
     points: [DVec3; V],
@@ -134,6 +136,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         let () = Self::ROOM_FOR_A_BOX;
         let mut body = Self {
             origin,
+            size: low.abs().max(high.abs()).max_element(),
             len: if low.cmple(high).all() { 8 } else { 0 },
             planes_len: 6,
             points: [DVec3::ZERO; V],
@@ -267,7 +270,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Copies a body into one with other capacity, about the same origin. The caller sees to it that it fits.
     fn resized<const V2: usize, const F2: usize>(&self) -> ConvexBody<V2, F2> {
         let mut copy = ConvexBody::between(DVec3::ZERO, DVec3::ZERO, self.origin);
-        (copy.len, copy.planes_len) = (self.len.min(V2), self.planes_len.min(F2));
+        (copy.size, copy.len, copy.planes_len) = (self.size, self.len.min(V2), self.planes_len.min(F2));
         copy.points[..copy.len].copy_from_slice(&self.points[..copy.len]);
         copy.next[..copy.len].copy_from_slice(&self.next[..copy.len]);
         copy.left[..copy.len].copy_from_slice(&self.left[..copy.len]);

@@ -3,6 +3,7 @@
 use glam::{DVec3, DVec4};
 
 use super::ConvexBody;
+use super::clip::SLACK;
 use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
@@ -47,10 +48,6 @@ pub(crate) struct Reach<const V: usize = 20> {
 /// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
 const NEVER: f64 = 1e150;
 
-/// What is lost when a position or a direction is computed, relative to its size: the rounding of its coordinates, and of the
-/// distances that it was cut by. Vertices were found to be off by up to 2.5 times 2^-52.
-const SLACK: f64 = 4.0 * f64::EPSILON;
-
 /// A body of up to 20 faces cut by the sweep of a box: at most 3 of its 6 faces look against the sweep, with 6 edges around
 /// them. A face that lies along the sweep takes one plane, and those of its own edges away: so 9 planes, whatever the
 /// direction.
@@ -67,7 +64,7 @@ impl<const V: usize> Reach<V> {
         [height, w]: [DVec4; 2],
     ) -> Self {
         let shift = body.origin - origin;
-        let slack = SLACK * (body.size() + shift.abs().max_element());
+        let slack = SLACK * (body.size + shift.abs().max_element());
         let (low, high) = (casters.min() - origin, casters.max() - origin);
         let l = to_light;
         let mut reach = Self {
@@ -192,7 +189,7 @@ impl<const V: usize> Reach<V> {
         let mut shaded: ShadedBody = body.resized();
         let whole: ConvexBody<8, 6> = ConvexBody::box_about(casters, body.origin);
         // Wider by a rounding of the coordinates, so that a box without width is not missed.
-        let size = max(body.size(), whole.size());
+        let size = max(body.size, whole.size);
         for plane in whole.sweep_planes(-self.to_light) {
             let plane = Plane::from_unit(plane.normal(), plane.offset() + 2.0 * SLACK * size);
             // Capacity: see `ShadedBody`.
@@ -209,12 +206,6 @@ impl<const V: usize> Reach<V> {
 }
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
-    /// The greatest coordinate of the box that the body was cut from.
-    #[inline(always)]
-    pub(super) fn size(&self) -> f64 {
-        self.planes[..6].iter().fold(0.0, |size, plane| max(plane.offset().abs(), size))
-    }
-
     /// Whether the box that the body was cut from lies inside another one. Says no for some bodies that are inside.
     #[inline(always)]
     pub(crate) fn is_inside(&self, bounds: &Bounds) -> bool {
