@@ -13,7 +13,7 @@ pub use sweep::{CasterBody, WideCasterBody};
 
 use glam::DVec3;
 
-use self::clip::Scratch;
+use self::clip::{SLACK, Scratch};
 pub use self::face::Face;
 use self::face_set::FaceSet;
 
@@ -86,6 +86,9 @@ pub type Body = ConvexBody<20, 12>;
 /// # Ok::<(), shadow_warp::Error>(())
 /// ```
 pub type WideBody = ConvexBody<36, 20>;
+
+/// Of a perspective camera's near distance: no more than this is lost of it, so that `w` keeps 10 bits.
+const NEAR_SLACK: f64 = 1.0 / 1024.0;
 
 /// `next` and `left` of a box. Bit `a` of a vertex's number says whether it lies at the greater end
 /// of axis `a`; face `2 a + bit` likewise. Vertices with an odd number of bits see their edges along x, y, z
@@ -189,13 +192,16 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         let high = (bounds.max() - origin).min(to_eye + reach);
         let mut body = Self::between(low, high, origin);
         let mut scratch = Scratch::new();
+        // However large the box, the near plane cuts off the eye.
+        let least = if view.is_perspective() { NEAR_SLACK * view.near() } else { f64::INFINITY };
+        let slack = min(SLACK * body.size, least);
         for plane in view.planes() {
             let plane = plane.relative_to(-to_eye);
             // The corner of the box that is furthest along the normal tells most planes apart without a cut.
             let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
             if furthest > plane.offset() {
                 // A box cut by six planes has room: 20 vertices, 12 faces.
-                let _ = body.cut_with(&plane, &mut scratch);
+                let _ = body.cut_within(&plane, &mut scratch, slack);
             }
         }
         body

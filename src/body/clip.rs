@@ -30,6 +30,12 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// As [`ConvexBody::cut`], with the scratch space of the cuts before.
     #[inline(always)]
     pub(super) fn cut_with(&mut self, plane: &Plane, scratch: &mut Scratch<V>) -> Result<(), Error> {
+        self.cut_within(plane, scratch, SLACK * self.size)
+    }
+
+    /// As [`ConvexBody::cut`]; vertices beyond the plane by no more than `slack` count as on it.
+    #[inline(always)]
+    pub(super) fn cut_within(&mut self, plane: &Plane, scratch: &mut Scratch<V>, slack: f64) -> Result<(), Error> {
         let points = &self.points[..self.len];
         let beyond = &mut scratch.beyond[..self.len];
         let mut removed_len = 0_u8;
@@ -40,10 +46,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             removed_len += u8::from(distance > 0.0);
         }
         let mut removed_len = usize::from(removed_len);
-        // The terms of a distance near 0 sum to no more than this.
-        let doubtful = 2.0 * f64::EPSILON * self.size;
-        if scratch.removed[..removed_len].iter().any(|&v| scratch.beyond[usize::from(v)] <= doubtful) {
-            removed_len = self.forgive(plane, scratch);
+        if scratch.removed[..removed_len].iter().any(|&v| scratch.beyond[usize::from(v)] <= slack) {
+            removed_len = self.forgive(scratch, slack);
         }
         if removed_len == 0 {
             return Ok(());
@@ -56,9 +60,6 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         if !self.try_cut(scratch, removed_len, face) {
             let before = self.points;
             removed_len = self.mend(scratch);
-            if removed_len == 0 {
-                return Ok(());
-            }
             // Now both sides hang together and the cut cannot be torn; too little room it may have.
             if !self.try_cut(scratch, removed_len, face) {
                 self.points = before;
@@ -75,13 +76,11 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Otherwise a plane along a flat body takes as much of it away as the last bits like; and one along a face leaves new
     /// vertices anywhere on it.
     #[cold]
-    fn forgive(&self, plane: &Plane, scratch: &mut Scratch<V>) -> usize {
+    fn forgive(&self, scratch: &mut Scratch<V>, slack: f64) -> usize {
         let Scratch { beyond, removed, .. } = scratch;
         let mut len = 0;
         for v in 0..self.len {
-            // The terms that the distance is a sum of: half of them, for on a plane they cancel.
-            let size = max(plane.normal().abs().dot(self.points[v].abs()), plane.offset().abs());
-            if beyond[v] > f64::EPSILON * size {
+            if beyond[v] > slack {
                 removed[len] = v as u8;
                 len += 1;
             } else {
@@ -209,9 +208,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         }
     }
 
-    /// Mends signs that rounding has spoiled: puts vertices on the plane that are close to it, keeps what hangs together
-    /// with the deepest one, and of the rest removes only what hangs together with the outermost one. Returns how many
-    /// vertices are removed.
+    /// Mends signs that rounding has spoiled: keeps what hangs together with the deepest vertex, and of the rest
+    /// removes only what hangs together with the outermost one. Returns how many vertices are removed.
     ///
     /// Where faces are nearly in one plane, the place of a vertex between them is not known along it, so that vertex may be
     /// beyond the cut with all of its neighbours inside. Such vertices are kept and, if it is by more than rounding, drawn in along an edge until they are
@@ -219,17 +217,10 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     #[cold]
     fn mend(&mut self, scratch: &mut Scratch<V>) -> usize {
         let Scratch { beyond, removed, .. } = scratch;
-        let slack = SLACK * self.size;
-        for distance in &mut beyond[..self.len] {
-            *distance = if *distance <= slack { min(*distance, 0.0) } else { *distance };
-        }
         let last_by = |better: fn(f64, f64) -> bool| {
             (0..self.len).fold(0, |best, v| if better(beyond[v], beyond[best]) { v } else { best })
         };
         let (deepest, outermost) = (last_by(|a, b| a < b), last_by(|a, b| a > b));
-        if beyond[outermost] <= 0.0 {
-            return 0;
-        }
         let (mut kept, mut gone) = ([false; V], [false; V]);
         self.flood(&mut kept, deepest, |v| beyond[v] <= 0.0);
         self.flood(&mut gone, outermost, |v| !kept[v]);

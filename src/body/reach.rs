@@ -3,7 +3,7 @@
 use glam::{DVec3, DVec4};
 
 use super::ConvexBody;
-use super::clip::SLACK;
+use super::clip;
 use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
@@ -44,6 +44,10 @@ pub(crate) struct Reach<const V: usize = 20> {
     bounds: [f64; 3],
     best: f64,
 }
+
+/// Twice what a body may be beyond a plane that cuts it, which is `sqrt(3)` times [`clip::SLACK`]: once for the receivers, once
+/// for the casters.
+const SLACK: f64 = 4.0 * clip::SLACK;
 
 /// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
 const NEVER: f64 = 1e150;
@@ -191,7 +195,7 @@ impl<const V: usize> Reach<V> {
         // Wider by a rounding of the coordinates, so that a box without width is not missed.
         let size = max(body.size, whole.size);
         for plane in whole.sweep_planes(-self.to_light) {
-            let plane = Plane::from_unit(plane.normal(), plane.offset() + 2.0 * SLACK * size);
+            let plane = Plane::from_unit(plane.normal(), plane.offset() + SLACK * size);
             // Capacity: see `ShadedBody`.
             let _ = shaded.cut(&plane);
         }
