@@ -45,9 +45,8 @@ pub(crate) struct Reach<const V: usize = 20> {
     best: f64,
 }
 
-/// Twice what a body may be beyond a plane that cuts it, which is `sqrt(3)` times [`clip::SLACK`]: once for the receivers, once
-/// for the casters.
-const SLACK: f64 = 4.0 * clip::SLACK;
+/// Twice what a body may be beyond a plane that cuts it: once for the receivers, once for the casters.
+const SLACK: f64 = 2.0 * clip::SLACK;
 
 /// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
 const NEVER: f64 = 1e150;
