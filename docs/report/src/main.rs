@@ -25,10 +25,9 @@ use scenes::{GltfScene, Model, Scene, echo};
 
 /// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
 ///
-/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper; it stands below as an
-/// example.
+/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper; it stands below.
 #[derive(Parser)]
-#[command(name = "report", version, after_help = EMBEDDED)]
+#[command(name = "report", version, after_help = AFTER_HELP)]
 struct Cli {
     /// Read the scene from a JSON file; `-` is standard input.
     #[arg(long, value_name = "FILE.json", conflicts_with = "gltf")]
@@ -51,6 +50,8 @@ struct Cli {
 }
 
 const EMBEDDED: &str = include_str!("../scenes/paper.json");
+const AFTER_HELP: &str =
+    concat!("An example of a scene; docs/scene-format.md has every field:\n", include_str!("../scenes/paper.json"));
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
