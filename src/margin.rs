@@ -32,7 +32,7 @@ impl<const V: usize, const F: usize> Fit<'_, V, F> {
     /// leaves nothing of `w`, and for an origin that is not finite.
     #[must_use]
     pub fn rounding(&self, map: &ShadowMap, origin: DVec3) -> DVec3 {
-        self.rounding_ndc(map, origin, true) * half_size(map)
+        self.rounding_ndc(map, origin, self.near_depth == NearDepth::Casters) * half_size(map)
     }
 
     /// Returns the map drawn in so far that no receiver, nor (with [`NearDepth::Casters`](crate::NearDepth)) a caster
@@ -48,7 +48,7 @@ impl<const V: usize, const F: usize> Fit<'_, V, F> {
     /// [`Error::BeyondF32`] with that bound where it is a texel or more.
     pub fn guard_f32(&self, map: &ShadowMap, origin: DVec3) -> Result<ShadowMap, Error> {
         require_position(origin, "origin")?;
-        let margin = self.rounding_ndc(map, origin, true);
+        let margin = self.rounding_ndc(map, origin, self.near_depth == NearDepth::Casters);
         if is_small(map, margin) {
             // The rows drawn in are smaller but for depth, which gains margin times w: a second-order term.
             return Ok(map.with_margin(margin * (1.0 + 1e-6)));
@@ -62,7 +62,7 @@ impl<const V: usize, const F: usize> Fit<'_, V, F> {
     fn cause(&self, map: &ShadowMap, origin: DVec3) -> &'static str {
         let is_enough = |origin, casters| is_small(map, self.rounding_ndc(map, origin, casters));
         let has_casters = self.near_depth == NearDepth::Casters;
-        if is_enough(map.origin(), true) {
+        if is_enough(map.origin(), has_casters) {
             "the origin is too far away: use one near the eye or the receivers"
         } else if has_casters && is_enough(origin, false) {
             "the casters' box is too deep: cut it to what can cast, or use NearDepth::Receivers"

@@ -8,13 +8,12 @@
 #![expect(clippy::disallowed_methods, reason = "a fused product gives the error of a product")]
 
 mod random;
-mod scenes;
 
 #[path = "accuracy/functions.rs"]
 mod functions;
 
 use random::Ratchet;
-use scenes::{Scene, box_about, box_between, extent};
+use random::measure::{Scene, box_about, box_between, extent};
 use serde_json::{Value, json};
 use shadow_warp::glam::{DMat4, DVec3, DVec4};
 use shadow_warp::{Axes, ClipSpace, LightSpaceRule, NearDepth, Rule, ShadowMap, View, Warp};

@@ -3,13 +3,12 @@
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 
 mod random;
-mod scenes;
 
 use approx::assert_abs_diff_eq;
 use random::basic::{mixture, signed};
+use random::measure::{Scene, box_between, project};
 use random::views::Class;
 use random::{casters, check, prop};
-use scenes::{Scene, box_between, project};
 use shadow_warp::glam::{DMat4, DVec2, DVec3};
 use shadow_warp::{Axes, ClipSpace, DepthRange, NearDepth, Rule, ShadowMap, View};
 

@@ -4,12 +4,11 @@
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 mod random;
-mod scenes;
 
 use approx::{assert_abs_diff_eq, assert_ulps_eq};
 use random::basic::{signed, unit};
+use random::measure::{LIGHT_SPACE_RULES, Scene, box_about, box_between, extent, ndc, project};
 use random::{Ratchet, check};
-use scenes::{LIGHT_SPACE_RULES, Scene, box_about, box_between, extent, ndc, project};
 use shadow_warp::glam::{DMat4, DVec2, DVec3};
 use shadow_warp::{Axes, Body, Bounds, ClipSpace, Error, Fit, Rule, ShadowMap, Sides, View, Warp};
 

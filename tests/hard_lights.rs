@@ -3,12 +3,11 @@
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 
 mod random;
-mod scenes;
 
 use approx::assert_abs_diff_eq;
 use random::basic::{direction, inside, log_between};
+use random::measure::{Scene, box_about, box_between, ndc, product_rounding};
 use random::{Ratchet, Strategy, check, prop};
-use scenes::{Scene, box_about, box_between, ndc, product_rounding};
 use shadow_warp::glam::DVec3;
 use shadow_warp::{
     Aim, Axes, Body, Bounds, ClipSpace, Error, Fit, Light, LightSpace, PerspectiveRule, Plane, Rule, View,
@@ -59,7 +58,7 @@ fn spots_across_the_line_of_sight() {
         for lit in fit.lit_receivers() {
             for q in lit.vertices() {
                 let p = *q + lit.origin() - map.origin();
-                outside.note(beyond(ndc(&map, p)), product_rounding(&map, p) / 16.0, light);
+                outside.note(beyond(ndc(&map, p)), 8.0 * product_rounding(&map, p) / 16.0, light);
             }
         }
     });
@@ -179,7 +178,7 @@ fn every_rule_under_special_lights() {
     let [in_place, moved, centred] = [(Aim::Closest, 0.0), (Aim::Closest, 7.0), (Aim::Centre, 0.0)]
         .map(|(aim, shift)| Rule::Perspective(PerspectiveRule { aim, shift }));
     let ground = Rule::Plane(Plane::new(DVec3::Y, DVec3::ZERO).unwrap());
-    let published = scenes::LIGHT_SPACE_RULES.map(Rule::LightSpace);
+    let published = random::measure::LIGHT_SPACE_RULES.map(Rule::LightSpace);
     let others = [Rule::Uniform, Rule::OnAxis, Rule::TSM, Rule::OPTIMAL, in_place, moved, centred, ground];
     let bounds = box_between(DVec3::new(-40.0, 0.0, -60.0), DVec3::new(40.0, 10.0, 80.0));
     let seen = [Body::visible(&view, &bounds)];

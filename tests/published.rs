@@ -6,11 +6,11 @@
 #![expect(clippy::unwrap_used, reason = "a row that does not have its fields is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
+mod random;
 #[path = "published/rules.rs"]
 mod rules;
-mod scenes;
 
-use scenes::{Scene, box_about, project};
+use random::measure::{Scene, box_about, project};
 use serde_json::Value;
 use shadow_warp::glam::{DVec3, DVec4};
 use shadow_warp::{
@@ -158,7 +158,7 @@ fn head_on(row: &Row) -> Slab {
     Slab { near, far, extent: far - near, sin_gamma: 1.0 }
 }
 
-const ALL_RULES: [LightSpaceRule; 4] = scenes::LIGHT_SPACE_RULES;
+const ALL_RULES: [LightSpaceRule; 4] = random::measure::LIGHT_SPACE_RULES;
 
 /// LiSPSM, Sec. 4.3: `n = z_n + sqrt(z_n z_f)`, by all four rules.
 fn best_near_distance(row: &Row) {

@@ -1,18 +1,20 @@
-//! The best warps against those of the literature for a whole view frustum: in closed form for the error along the warp, and as
-//! tables for the storage factor. Numbers have 50 digits inside.
+//! The best warps against those of the literature for a whole view frustum: in closed form for the
+//! error along the warp, and as tables for the storage factor. Numbers have 50 digits inside.
 
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
 #![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
-mod scenes;
+mod random;
 
-use scenes::random::Random;
-use scenes::{Scene, box_about};
+use approx::{assert_abs_diff_eq, assert_relative_eq};
+use random::basic::log_between;
+use random::measure::{Scene, box_about};
+use random::{Ratchet, check};
 use shadow_warp::glam::DVec3;
 use shadow_warp::{Objective, Rule, View, Warp};
 
-/// All that a square camera along z sees, from 1 to `far`, under a light in that direction. Angles in radians; `half` is half
-/// of the field of view.
+/// All that a square camera along z sees, from 1 to `far`, under a light in that direction. Angles
+/// in radians; `half` is half of the field of view.
 fn frustum(half: f64, far: f64, to_light: DVec3) -> Scene {
     let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 2.0 * half, 1.0, 1.0..far).unwrap();
     let everything = box_about(DVec3::ZERO, DVec3::splat(20.0 * far));
@@ -23,28 +25,31 @@ fn best_excess(scene: &Scene, objective: Objective) -> f64 {
     scene.fit().solve(Rule::Optimal(objective)).unwrap().warp().excess()
 }
 
-/// The greatest error along the warp over a frustum is least where (Zhang et al. 2009, Sec. 3.1, extended to all angles) the near
-/// and far ends of its bottom edge are equally bad, or one of them is least by itself: with the distance `D` of the far bottom edge and
-/// `l` of the near one from the near plane of the warp,
+/// The greatest error along the warp over a frustum is least where (Zhang et al. 2009, Sec. 3.1,
+/// extended to all angles) the near and far ends of its bottom edge are equally bad, or one of them
+/// is least by itself: with the distance `D` of the far bottom edge and `l` of the near one from
+/// the near plane of the warp,
 ///
-/// `kappa = min((D - 2 l)/(l D), (sqrt f - sqrt n)/(D sqrt n - l sqrt f))`, and 0 where `D <= 2 l`; the excess is `kappa D`.
+/// `kappa = min((D - 2 l)/(l D), (sqrt f - sqrt n)/(D sqrt n - l sqrt f))`, and 0 where `D <= 2 l`;
+/// the excess is `kappa D`.
 #[test]
 fn error_along_a_frustum() {
-    // n + sqrt(n f) away from the plane of the warp's pole at 90 degrees, and two more, as published.
+    // n + sqrt(n f) away from the plane of the warp's pole at 90 degrees, and two more, as
+    // published.
     for (degrees, extent, distance) in [(90.0, 99.0, 11.0), (30.0, 100.0, 10.0)] {
         let angle = f64::to_radians(degrees);
         let scene = frustum(30_f64.to_radians(), 100.0, DVec3::new(0.0, angle.sin(), angle.cos()));
         let found = best_excess(&scene, Objective::Along);
-        assert!((found * distance / extent - 1.0).abs() < 1e-9, "{degrees}: {found}");
+        assert_relative_eq!(found * distance, extent, max_relative = 1e-12);
     }
-    let mut random = Random::new(9);
+    let mut worst = Ratchet::new("the best excess along a frustum");
     let (mut warped, mut plain) = (0, 0);
-    for case in 0..400 {
-        let (half, gamma) = (random.between(0.1, 1.1), random.between(0.01, core::f64::consts::FRAC_PI_2));
-        let f = random.log_between(1.5, 1e5);
+    let strategy = (0.1..1.1, 0.01..core::f64::consts::FRAC_PI_2, log_between(1.5, 1e5));
+    check("error-along", 400, strategy, |(half, gamma, f): (f64, f64, f64)| {
         let (s, c, t) = (gamma.sin(), gamma.cos(), half.tan());
         let (top, bottom) = (s - t * c, s + t * c);
-        // The far bottom edge, and the near one, from where the warp begins: the near top edge, or the far one.
+        // The far bottom edge, and the near one, from where the warp begins: the near top edge, or
+        // the far one.
         let extent = if top >= 0.0 { (f - 1.0) * s + (f + 1.0) * t * c } else { 2.0 * f * t * c };
         let near = if top >= 0.0 { 2.0 * t * c } else { 2.0 * f * t * c - (f - 1.0) * bottom };
         let equal = (f.sqrt() - 1.0) / (extent - near * f.sqrt());
@@ -59,16 +64,17 @@ fn error_along_a_frustum() {
         let expected = kappa * extent;
         let found = best_excess(&frustum(half, f, DVec3::new(0.0, s, c)), Objective::Along);
         // The tangent of the field of view is taken twice.
-        let allowed = 1e-9 * (1.0 + expected);
-        assert!((found - expected).abs() <= allowed, "{case} {gamma} {half} {f}: {found} {expected}");
+        worst.note((found - expected).abs(), 1e-13 * (1.0 + expected), (found, expected));
         if expected > 0.0 { warped += 1 } else { plain += 1 }
-    }
+    });
+    worst.finish();
     assert!(warped > 200 && plain > 5, "{warped} {plain}");
 }
 
-/// The storage factor (Lloyd 2007): the product of the greatest errors in both directions. Field of view 60 degrees, far/near
-/// 1000; light at `gamma` to the view and `azimuth` about it, in degrees. The logarithm of the best ratio over that of far/near, and the factor
-/// with it and without a warp.
+/// The storage factor (Lloyd 2007): the product of the greatest errors in both directions. Field of
+/// view 60 degrees, far/near 1000; light at `gamma` to the view and `azimuth` about it, in degrees.
+/// The logarithm of the best ratio over that of far/near, and the factor with it and without a
+/// warp.
 #[test]
 fn storage_factor_of_a_frustum() {
     let table = [
@@ -84,17 +90,17 @@ fn storage_factor_of_a_frustum() {
         let scene = frustum(30_f64.to_radians(), 1000.0, to_light);
         let found = best_excess(&scene, Objective::Product);
         let place = (1.0 + found).ln() / 1000_f64.ln();
-        assert!((place - log_ratio).abs() < 1e-6, "{gamma} {azimuth}: {place}");
+        assert_abs_diff_eq!(place, log_ratio, epsilon = 1e-6);
         let factor = |excess: f64| Objective::Product.of(&scene.fit().errors(Warp::new(excess).unwrap()).unwrap());
         let gain = factor(found) / factor(0.0);
-        assert!((gain / (best / uniform) - 1.0).abs() < 1e-9, "{gamma} {azimuth}: {gain}");
+        assert_relative_eq!(gain, best / uniform, max_relative = 1e-12);
     }
-    // In the plane of the picture's upright, within the field of view, in closed form: p = 3 - 2/k with k = 1 - y/W for the
-    // near edge that is furthest along, and the ratio 1/(1 - p).
+    // In the plane of the picture's upright, within the field of view, in closed form: p = 3 - 2/k
+    // with k = 1 - y/W for the near edge that is furthest along, and the ratio 1/(1 - p).
     for (gamma, p) in [(12.0, 0.073_436_132_926_921_71), (27.0, 0.873_066_119_880_771_7)] {
         let g = f64::to_radians(gamma);
         let scene = frustum(30_f64.to_radians(), 1000.0, DVec3::new(0.0, g.sin(), g.cos()));
         let ratio = 1.0 + best_excess(&scene, Objective::Product);
-        assert!((ratio * (1.0 - p) - 1.0).abs() < 1e-6, "{gamma}: {ratio}");
+        assert_relative_eq!(ratio * (1.0 - p), 1.0, max_relative = 1e-6);
     }
 }

@@ -230,7 +230,13 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
     pub(super) fn chosen_depths(&self, measures: &Measures) -> Option<Extent> {
         let wanted = self.fit.warp_depths?;
         let [low, high] = wanted.map(|depth| measures.depth.clamp(depth));
-        (low < high).then_some(Extent { low, high })
+        let chosen = Extent { low, high };
+        let mut is_empty = true;
+        // Between two bodies there is nothing.
+        if low < high {
+            self.each_between(chosen, |_| is_empty = false);
+        }
+        (!is_empty).then_some(chosen)
     }
 
     /// What the rules look at, for a body that begins at `along.low`.

@@ -20,19 +20,18 @@ fn texels(filter: Filter, place: [f64; 2]) -> Vec<[f64; 2]> {
     along(place[0]).into_iter().flat_map(|x| rows.iter().map(move |y| [x, *y])).collect()
 }
 
-/// No lookup needs more than the least bias, and the worst needs all of it: the depths of the texels it compares with
-/// come from rays that meet the plane, by solving for the points. In linear depth, as much more as `w` grows.
+/// No lookup needs more than the least bias, and the worst needs all of it: the depths of the
+/// texels it compares with come from rays that meet the plane, by solving for the points. In linear
+/// depth, as much more as `w` grows.
 #[test]
 fn least_bias_by_brute_force() {
-    let mut random = Random::new(2);
     let mut least_share = [f64::INFINITY; 2];
-    for _ in 0..150 {
-        let axes = if random.below(2) == 0 { Axes::View } else { Axes::LightFixed };
-        let (scene, map) = plain_box(random.log_between(1e-3, 100.0), axes);
+    let axes = select(vec![Axes::View, Axes::LightFixed]);
+    let strategy = (axes, log_between(1e-3, 100.0), mixture(), tilted(), space());
+    check("least-bias", 120, strategy, |(axes, eta, q, normal, space)| {
+        let (scene, map) = plain_box(eta, axes);
         let linear = scene.fit().linear_depth(map.origin()).unwrap();
-        let q = settled(&mut random, &map, &scene.receivers(map.origin()));
-        let normal = tilted(&mut random, &map);
-        let space = SPACES[random.below(SPACES.len())];
+        let (q, normal) = (settled(q.of(&scene.receivers(map.origin())), &map), normal.of(&map));
         let p = q + map.origin();
         let slope = map.depth_slope(space, p, normal).unwrap();
         let linear_slope = map.linear_depth_slope(space, linear, p, normal).unwrap();
@@ -41,7 +40,8 @@ fn least_bias_by_brute_force() {
             let bias = filter.least_bias(slope);
             let linear_bias = filter.least_bias(linear_slope);
             let mut worst = 0.0_f64;
-            // Lookups all over a texel; the grid, not the point, is moved, and its corners are approached.
+            // Lookups all over a texel; the grid, not the point, is moved, and its corners are
+            // approached.
             let shifts = [1e-9, 0.3, 0.5 - 1e-9, 0.5 + 1e-9, 0.8, 1.0 - 1e-9];
             for shift in shifts.iter().flat_map(|x| shifts.map(|y| [*x, y])) {
                 for centre in texels(filter, shift) {
@@ -75,22 +75,21 @@ fn least_bias_by_brute_force() {
                 }
             }
         }
-    }
+    });
     println!("least shares {least_share:?}");
 }
 
-/// Twice the reach, in units of the larger slope, is never too little, and all of it is needed on a diagonal.
+/// Twice the reach, in units of the larger slope, is never too little, and all of it is needed on a
+/// diagonal.
 #[test]
 fn slope_factor_serves_every_plane() {
-    let mut random = Random::new(3);
     for filter in FILTERS {
         let factor = filter.least_slope_factor();
-        let mut worst = 0.0_f64;
-        for i in 0..1000 {
-            let slope = if i == 0 { [0.3, -0.3] } else { [random.between(-1.0, 1.0), random.between(-1.0, 1.0)] };
-            worst = worst.max(filter.least_bias(slope) / slope[0].abs().max(slope[1].abs()));
-        }
-        assert!(worst <= factor && worst >= factor * (1.0 - 1e-15), "{filter:?} {worst} {factor}");
+        let needed = |slope: [f64; 2]| filter.least_bias(slope) / slope[0].abs().max(slope[1].abs());
+        assert_relative_eq!(needed([0.3, -0.3]), factor, max_relative = f64::EPSILON);
+        check("slope-factor", CASES, [-1.0..1.0, -1.0..1.0], |slope| {
+            assert!(slope == [0.0; 2] || needed(slope) <= factor * (1.0 + f64::EPSILON), "{factor}");
+        });
     }
     let reaches = FILTERS.map(Filter::reach);
     assert_eq!(reaches, [0.5, 1.5, 2.0, 1.0, 1.5, 2.0]);
@@ -100,32 +99,36 @@ fn slope_factor_serves_every_plane() {
 /// A point moved by the length has its stored depth changed by the bias; and back.
 #[test]
 fn lengths_and_biases_are_inverse() {
-    let mut random = Random::new(4);
+    let (mut inverse, mut moves) = (Ratchet::new("length and bias"), Ratchet::new("depth of what is moved"));
     let mut sharp = 0;
-    each_map(|_, map, receivers, case| {
-        let q = settled(&mut random, map, receivers);
+    let more = (mixture(), space(), log_between(1e-6, 0.5), any::<bool>());
+    each_map("lengths", CASES, more, |_, map, receivers, (q, space, bias, negative)| {
+        let q = settled(q.of(receivers), map);
         let p = q + map.origin();
-        let space = SPACES[case as usize % SPACES.len()];
-        let bias = random.log_between(1e-6, 0.5) * if random.below(2) == 0 { -1.0 } else { 1.0 };
+        let bias = if negative { -bias } else { bias };
         let length = map.length_of_bias(space, p, bias).unwrap();
-        assert!(length.is_finite() && length * bias * space.away_from_light() > 0.0, "{case} {length}");
+        assert!(length.is_finite() && length * bias * space.away_from_light() > 0.0, "{length}");
         let back = map.bias_of_length(space, p, length).unwrap();
-        assert!((back / bias - 1.0).abs() < 1e-14, "{case} {back} {bias}");
+        inverse.note((back / bias - 1.0).abs(), 4.0 * f64::EPSILON, (back, bias));
         let moved = q - map.light_space().y * length;
         let change = place(map, space, moved).z - place(map, space, q).z;
-        let allowed = 1e-14 + product_rounding(map, q) + product_rounding(map, moved);
-        assert!((change - bias).abs() <= allowed, "{case} {change} {bias} {allowed:e}");
+        let allowed = 1e-15 + 0.25 * (product_rounding(map, q) + product_rounding(map, moved));
+        moves.note((change - bias).abs(), allowed, (change, bias));
         sharp += usize::from(allowed < 1e-3 * bias.abs());
     });
-    assert!(sharp > 2000, "{sharp}");
+    inverse.finish();
+    moves.finish();
+    assert!(sharp > 300, "{sharp}");
 
     // The same bias is longer where w is greater.
     let (_, map) = plain_box(9.0, Axes::View);
     let length = |z: f64| map.length_of_bias(ClipSpace::WGPU, DVec3::new(0.0, 3.0, z), 0.1).unwrap();
-    assert!((length(2.0) - 4.0).abs() < 1e-13 && (length(52.0) - 40.0).abs() < 1e-12);
+    assert_relative_eq!(length(2.0), 4.0, max_relative = 1e-14);
+    assert_relative_eq!(length(52.0), 40.0, max_relative = 1e-14);
 }
 
-/// The greatest distance between what the rasteriser interpolates and the truth, sampled along an edge.
+/// The greatest distance between what the rasteriser interpolates and the truth, sampled along an
+/// edge.
 #[test]
 fn vertex_linear_depth_by_sampling() {
     for ratio in [1.0, 1.0 + 1e-9, 1.01, 2.0, 10.0, 1e4] {
@@ -142,12 +145,12 @@ fn vertex_linear_depth_by_sampling() {
         let closed = vertex_depth_error(ratio).unwrap();
         assert!(worst <= closed + 1e-15 && worst >= closed * (1.0 - 1e-6) - 1e-15, "{ratio} {worst} {closed}");
     }
-    assert!((vertex_depth_error(2.0).unwrap() - 0.171_572_875_253_809_9).abs() < 1e-16);
+    assert_relative_eq!(vertex_depth_error(2.0).unwrap(), 0.171_572_875_253_809_9, max_relative = f64::EPSILON);
     // (sqrt r - 1)/(sqrt r + 1) has half its digits here.
     let small = 1.0 / (1_u64 << 40) as f64;
     let share = vertex_depth_error(1.0 + small).unwrap() / (small / 4.0);
-    assert!((share - (1.0 - 0.5 * small)).abs() < 1e-15, "{share}");
-    assert!((vertex_depth_error(f64::MAX).unwrap() - 1.0).abs() < 1e-15);
+    assert_relative_eq!(share, 1.0 - 0.5 * small, max_relative = 2.0 * f64::EPSILON);
+    assert_relative_eq!(vertex_depth_error(f64::MAX).unwrap(), 1.0, max_relative = f64::EPSILON);
     for ratio in [f64::NAN, 0.99, -2.0, f64::INFINITY] {
         assert!(matches!(vertex_depth_error(ratio), Err(Error::Invalid { argument: "w_ratio", .. })));
     }
@@ -168,11 +171,9 @@ fn quanta_of_the_formats() {
         assert_eq!(ulp(depth), ulp(1.0), "{depth}");
     }
     // Two depths a quantum apart, each rounded, do not change places.
-    let mut random = Random::new(24);
-    for _ in 0..10_000 {
-        let depth = random.log_between(1e-3, 0.999);
+    check("quanta", 50 * CASES, log_between(1e-3, 0.999), |depth| {
         assert!((depth + ulp(depth)) as f32 > depth as f32);
-    }
+    });
 }
 
 #[test]
@@ -191,18 +192,22 @@ fn edge_on_planes_and_wrong_arguments() {
         }
     }
     // Elsewhere rounding tilts them: no number is NaN, and no bias serves.
-    let mut random = Random::new(6);
-    each_map(|scene, map, receivers, case| {
-        let (p, turn) = (random.mixed(receivers) + map.origin(), random.inside(1.0));
+    let turn = prop_oneof![Just(DVec2::X), Just(DVec2::Y), inside(1.0).prop_map(DVec3::truncate)];
+    each_map("edge-on", CASES, (mixture(), turn), |scene, map, receivers, (q, turn)| {
+        let p = q.of(receivers) + map.origin();
         let light = map.light_space();
-        let normal = [light.x, light.z, light.x * turn.x + light.z * turn.z][random.below(3)];
+        let normal = light.x * turn.x + light.z * turn.y;
+        if normal.length() < 1e-3 {
+            return;
+        }
+        let size = map.size().map(f64::from);
         let linear = scene.fit().linear_depth(map.origin()).unwrap();
         for slope in [
             map.depth_slope(ClipSpace::WGPU, p, normal).unwrap(),
             map.linear_depth_slope(ClipSpace::WGPU, linear, p, normal).unwrap(),
         ] {
-            let per_map = 512.0 * slope[0].abs() + 1024.0 * slope[1].abs();
-            assert!(!slope[0].is_nan() && !slope[1].is_nan() && per_map > 1e3, "{case} {slope:?} {normal}");
+            let per_map = size[0] * slope[0].abs() + size[1] * slope[1].abs();
+            assert!(!slope[0].is_nan() && !slope[1].is_nan() && per_map > 1e3, "{slope:?} {normal}");
         }
     });
 
@@ -253,44 +258,41 @@ fn edge_on_planes_and_wrong_arguments() {
     // A scene so small that lengths overflow in its units.
     let all = box_about(DVec3::Z * 1e-90, DVec3::splat(0.5e-90));
     let view = View::perspective(DVec3::ZERO, DVec3::Z, DVec3::Y, 1.0, 1.0, 1e-91..1e-89).unwrap();
-    for _ in 0..20 {
-        let scene = Scene::new(view, random.direction(), &[all], all);
+    check("tiny", 20, random::basic::direction(), |to_light| {
+        let scene = Scene::new(view, to_light, &[all], all);
         let map = scene.fit().solve(Rule::Explicit(Warp::new(1e3).unwrap())).unwrap();
         for x in [-f64::MAX, f64::MAX] {
             assert!(!map.length_of_bias(space, DVec3::Z * 1e-90, x).unwrap().is_nan());
             assert!(!map.bias_of_length(space, DVec3::Z * 1e-90, x).unwrap().is_nan());
         }
-    }
+    });
 }
 
-/// Along the rays of a spot light, which come from a point: the stored depth of the point that is moved, from the matrix.
+/// Along the rays of a spot light, which come from a point: the stored depth of the point that is
+/// moved, from the matrix.
 #[test]
 fn lengths_under_spot_lights() {
-    let (mut count, mut worst): (u32, f64) = (0, 0.0);
-    for case in 0..CASES {
-        let (scene, _) = lamp(case);
-        let Ok(map) = scene.fit().solve(Rule::OnAxis) else { continue };
-        let mut random = Random::new(case);
-        for space in SPACES {
-            let receivers = lit(&scene, map.origin());
-            let q = random.mixed(&receivers);
-            let away = -map.to_light(q + map.origin());
-            let Light::Spot(spot) = &scene.light else { unreachable!() };
-            let length = random.between(-0.3, 0.3) * (q + map.origin() - spot.position()).length();
-            let bias = map.bias_of_length(space, q + map.origin(), length).unwrap();
-            let [here, there] = [q, q + away * length].map(|q| place(&map, space, q).z);
-            let rounding = 1e-11 + product_rounding(&map, q) + product_rounding(&map, q + away * length);
-            if rounding > 1e-6 {
-                continue;
-            }
-            worst = worst.max((there - here - bias).abs() / rounding);
-            assert!((there - here - bias).abs() <= rounding, "{case}: {} {bias}", there - here);
-            let back = map.length_of_bias(space, q + map.origin(), bias).unwrap();
-            let steep = (bias / length).abs();
-            assert!((back - length).abs() * steep <= rounding, "{case}: {back} {length}");
-            count += 1;
+    let (mut worst, mut inverse) = (Ratchet::new("depth under a lamp"), Ratchet::new("length under a lamp"));
+    let mut count = 0;
+    let more = (mixture(), space(), -0.3..0.3);
+    each_lamp("lengths", CASES, more, |scene, _, (q, space, share)| {
+        let Ok(map) = scene.fit().solve(Rule::OnAxis) else { return };
+        let q = q.of(&lit(&scene, map.origin()));
+        let away = -map.to_light(q + map.origin());
+        let Light::Spot(spot) = &scene.light else { unreachable!() };
+        let length = share * (q + map.origin() - spot.position()).length();
+        let bias = map.bias_of_length(space, q + map.origin(), length).unwrap();
+        let [here, there] = [q, q + away * length].map(|q| place(&map, space, q).z);
+        let rounding = 1e-15 + 8.0 * (rounding(&scene, &map, q) + rounding(&scene, &map, q + away * length));
+        if rounding > 1e-6 {
+            return;
         }
-    }
-    println!("worst share {worst}");
-    assert!(count > 500, "{count}");
+        worst.note((there - here - bias).abs(), rounding, (here, there, bias));
+        let back = map.length_of_bias(space, q + map.origin(), bias).unwrap();
+        inverse.note((back - length).abs(), 2e-15 * length.abs(), (back, length));
+        count += 1;
+    });
+    worst.finish();
+    inverse.finish();
+    assert!(count > 300, "{count}");
 }

@@ -1,8 +1,8 @@
 //! Values of perspective and trapezoidal maps, of spot lights, and of the middle vector.
 
 use super::{Row, close, frustum, near, near_relative, numbers, vector};
-use crate::scenes::trapezoid::eight_matrices;
-use crate::scenes::{Scene, box_about, project};
+use crate::random::measure::{Scene, box_about, project};
+use crate::random::trapezoid::eight_matrices;
 use shadow_warp::glam::{DVec2, DVec3, DVec4};
 use shadow_warp::{
     Aim, Axes, Body, Bounds, ClipSpace, Light, NearDepth, PerspectiveRule, Rule, Sides, Slab, TrapezoidalRule, View,
@@ -61,7 +61,7 @@ pub(super) fn perspective_matrix(row: &Row) {
     // h/w, by w/z = 1 - kappa h.
     let heights: Vec<_> =
         corners.iter().zip(&ws).map(|(corner, w)| (1.0 - w / corner.z) / kappa / (w / corner.z)).collect();
-    let [low, high] = crate::scenes::extent(heights.iter().copied());
+    let [low, high] = crate::random::measure::extent(heights.iter().copied());
     for (corner, height) in corners.iter().zip(&heights) {
         near(depth(*corner), (high - height) / (high - low), 1e-13, "depth of a corner");
     }

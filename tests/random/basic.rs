@@ -1,4 +1,5 @@
-//! Strategies for numbers, points and directions. What is simplest comes first, so that failures shrink to it.
+//! Strategies for numbers, points and directions. What is simplest comes first, so that failures
+//! shrink to it.
 
 use proptest::prelude::*;
 use proptest::sample::{Index, select};

@@ -14,7 +14,11 @@
 pub(crate) mod basic;
 pub(crate) mod casters;
 pub(crate) mod cuts;
+pub(crate) mod lamps;
+pub(crate) mod measure;
 mod ratchet;
+pub(crate) mod scenes;
+pub(crate) mod trapezoid;
 pub(crate) mod views;
 
 use std::cell::RefCell;
@@ -40,10 +44,11 @@ pub(crate) fn is_usual_run() -> bool {
     variable("SHADOW_WARP_CASES") == 1 && variable("SHADOW_WARP_SEED") == 1
 }
 
-/// Runs a property on `cases` times [`multiplier`] values of a strategy. The property fails by a panic.
+/// Runs a property on `cases` times [`multiplier`] values of a strategy. The property fails by a
+/// panic.
 ///
-/// `name` names the property and, where there are several runners, the class: `"casters/FlatBox"`. It is the name of the
-/// file of kept failures and chooses the stream of random numbers.
+/// `name` names the property and, where there are several runners, the class: `"casters/FlatBox"`.
+/// It is the name of the file of kept failures and chooses the stream of random numbers.
 pub(crate) fn check<S: Strategy>(name: &str, cases: u32, strategy: S, property: impl FnMut(S::Value)) {
     // FNV-1a: each name has a stream of its own.
     let hash = name

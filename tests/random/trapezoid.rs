@@ -2,8 +2,9 @@
 
 use shadow_warp::glam::{DMat3, DVec2, DVec3};
 
-/// Returns the product that takes the corners of a trapezoid, base line `t0 t1` and top line `t3 t2`, to those of the square:
-/// `(-1, -1)`, `(1, -1)`, `(1, 1)`, `(-1, 1)`. Not a number where the side lines do not meet.
+/// Returns the product that takes the corners of a trapezoid, base line `t0 t1` and top line `t3
+/// t2`, to those of the square: `(-1, -1)`, `(1, -1)`, `(1, 1)`, `(-1, 1)`. Not a number where the
+/// side lines do not meet.
 pub(crate) fn eight_matrices([t0, t1, t2, t3]: [DVec2; 4]) -> DMat3 {
     let rows = |a: [f64; 3], b: [f64; 3], c: [f64; 3]| DMat3::from_cols(a.into(), b.into(), c.into()).transpose();
     let translation = |u: DVec2| rows([1.0, 0.0, -u.x], [0.0, 1.0, -u.y], [0.0, 0.0, 1.0]);
