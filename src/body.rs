@@ -15,7 +15,7 @@ pub use sweep::{CasterBody, WideCasterBody};
 
 use glam::DVec3;
 
-use self::clip::Scratch;
+use self::clip::{SLACK, Scratch};
 pub use self::face::Face;
 use self::face_set::FaceSet;
 
@@ -57,6 +57,8 @@ use crate::view::View;
 #[derive(Clone, Copy, Debug)]
 pub struct ConvexBody<const V: usize, const F: usize> {
     origin: DVec3,
+    /// The greatest coordinate of the box that it was cut from: what rounding is measured by.
+    size: f64,
     len: usize,
     planes_len: usize,
     points: [DVec3; V],
@@ -86,6 +88,9 @@ pub type Body = ConvexBody<20, 12>;
 /// # Ok::<(), shadow_warp::Error>(())
 /// ```
 pub type WideBody = ConvexBody<36, 20>;
+
+/// Of a perspective camera's near distance: no more than this is lost of it, so that `w` keeps 10 bits.
+const NEAR_SLACK: f64 = 1.0 / 1024.0;
 
 /// `next` and `left` of a box. Bit `a` of a vertex's number says whether it lies at the greater end
 /// of axis `a`; face `2 a + bit` likewise. Vertices with an odd number of bits see their edges along x, y, z
@@ -136,6 +141,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         let () = Self::ROOM_FOR_A_BOX;
         let mut body = Self {
             origin,
+            size: low.abs().max(high.abs()).max_element(),
             len: if low.cmple(high).all() { 8 } else { 0 },
             planes_len: 6,
             points: [DVec3::ZERO; V],
@@ -188,13 +194,16 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         let high = (bounds.max() - origin).min(to_eye + reach);
         let mut body = Self::between(low, high, origin);
         let mut scratch = Scratch::new();
+        // However large the box, the near plane cuts off the eye.
+        let least = if view.is_perspective() { NEAR_SLACK * view.near() } else { f64::INFINITY };
+        let slack = min(SLACK * body.size, least);
         for plane in view.planes() {
             let plane = plane.relative_to(-to_eye);
             // The corner of the box that is furthest along the normal tells most planes apart without a cut.
             let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
             if furthest > plane.offset() {
                 // A box cut by six planes has room: 20 vertices, 12 faces.
-                let _ = body.cut_with(&plane, &mut scratch);
+                let _ = body.cut_within(&plane, &mut scratch, slack);
             }
         }
         body
@@ -269,7 +278,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Copies a body into one with other capacity, about the same origin. The caller sees to it that it fits.
     fn resized<const V2: usize, const F2: usize>(&self) -> ConvexBody<V2, F2> {
         let mut copy = ConvexBody::between(DVec3::ZERO, DVec3::ZERO, self.origin);
-        (copy.len, copy.planes_len) = (self.len.min(V2), self.planes_len.min(F2));
+        (copy.size, copy.len, copy.planes_len) = (self.size, self.len.min(V2), self.planes_len.min(F2));
         copy.points[..copy.len].copy_from_slice(&self.points[..copy.len]);
         copy.next[..copy.len].copy_from_slice(&self.next[..copy.len]);
         copy.left[..copy.len].copy_from_slice(&self.left[..copy.len]);

@@ -73,7 +73,7 @@ impl Seen {
             assert!(direction.dot(furthest) == high && low <= high);
         }
         if class == Class::Realistic {
-            self.realistic_volume.note(error, 1e-15 * oracle.box_volume(), class);
+            self.realistic_volume.note(error, 2e-15 * oracle.box_volume(), class);
         }
         self.check_meaning(&view, &bounds, &body, &places);
         Counts {

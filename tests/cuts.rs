@@ -14,10 +14,10 @@ use random::{Ratchet, any, check, prop};
 use shadow_warp::glam::DVec3;
 use shadow_warp::{Body, Bounds, ConvexBody, Error, Plane, View};
 
-/// As in the test of what a camera sees: roundings of the greatest coordinate.
-const ULPS: f64 = 4.0;
+/// As in the test of what a camera sees, roundings of the greatest coordinate; a few more after many cuts.
+const ULPS: f64 = 6.0;
 /// Of the volume, in the same times the area of the box.
-const VOLUME_ULPS: f64 = 3.0;
+const VOLUME_ULPS: f64 = 2.0;
 
 type Roomy = ConvexBody<64, 34>;
 
@@ -78,7 +78,7 @@ fn sequences_of_cuts_stay_closed_and_exact() {
         assert!(3 * hits > of_kind && of_kind > 0, "{kind:?} was hit {hits} times in {of_kind} cuts only");
     }
     println!("{done} cuts, {emptied} emptied, {flat} flat, {greatest:?}");
-    assert!(100 * emptied > done && 20 * flat > done && 2 * flat < done, "{emptied} emptied, {flat} of {done} flat");
+    assert!(500 * emptied > done && 20 * flat > done && 2 * flat < done, "{emptied} emptied, {flat} of {done} flat");
     assert!(greatest.0 >= 24, "{greatest:?}");
 }
 

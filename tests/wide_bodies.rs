@@ -170,7 +170,7 @@ fn eight_planes_after_a_view_always_have_room() {
             let deviation = assert_closed(&body).greatest();
             let beyond = body.vertices().iter().map(|p| plane.distance(*p)).fold(0.0, f64::max);
             ratchet.note(deviation.max(beyond) / ulp, 8.0, (through, normal));
-            growth.note(body.volume() - volume, 0.25 * ulp * space.box_area(), "volume");
+            growth.note(body.volume() - volume, 0.015625 * ulp * space.box_area(), "volume");
             volume = body.volume();
             cut += 1;
         }

@@ -3,6 +3,7 @@
 use glam::{DVec3, DVec4};
 
 use super::ConvexBody;
+use super::clip;
 use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
@@ -16,20 +17,36 @@ use crate::scene::Bounds;
 /// alone the maximum is at a vertex: the least of these three is a bound, and if a vertex attains it, it is the answer.
 /// Otherwise the maximum may be where two planes are left at once, on an edge, or all three: at the corner of the
 /// box, if that lies above the body.
+///
+/// # Rounding
+/// A caster straight above a receiver to within rounding casts a shadow on it, so it must not be
+/// lost. Take light that is nearly parallel to a side of the box, and a receiver on that side. By the numbers its ray
+/// leaves the box anywhere between here and the top, as the last bit of either likes. So the box is
+/// widened by [`SLACK`] of the receivers' greatest coordinate, and the light turned from each of its sides by as
+/// much in radians: what a point moves by when its coordinates and the light's are rounded. The answer is
+/// never less than the exact one, and greater by at most `2 sqrt(3) SLACK` of lengths where the light is not that
+/// close to a side.
 pub(crate) struct Reach<const V: usize = 20> {
     height: DVec4,
     w: DVec4,
     to_light: DVec3,
     shift: DVec3,
-    /// The corner of the box that is furthest towards the light; [`NEVER`] in directions perpendicular to it.
+    /// The corner of the box that is furthest towards the light.
     corner: DVec3,
-    /// The reciprocals of the light's coordinates; 1 for those that are 0.
+    /// The same of the widened box; [`NEVER`] in directions perpendicular to the light.
+    wide_corner: DVec3,
+    /// The reciprocals of the coordinates of the light, turned from the sides; 1 for those that are [`NEVER`] reached.
     per_length: DVec3,
+    /// What positions of the body are known to.
+    slack: f64,
     /// The three fractions of each vertex seen, the greatest of each, and the greatest of their least.
     fractions: [[f64; 3]; V],
     bounds: [f64; 3],
     best: f64,
 }
+
+/// Twice what a body may be beyond a plane that cuts it: once for the receivers, once for the casters.
+const SLACK: f64 = 2.0 * clip::SLACK;
 
 /// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
 const NEVER: f64 = 1e150;
@@ -42,30 +59,40 @@ type ShadedBody = ConvexBody<54, 29>;
 impl<const V: usize> Reach<V> {
     /// Starts the search, with no vertex seen. The rows are relative to `origin`.
     #[inline(always)]
-    pub(crate) fn new(to_light: DVec3, casters: &Bounds, origin: DVec3, shift: DVec3, [height, w]: [DVec4; 2]) -> Self {
+    pub(crate) fn above<const F: usize>(
+        body: &ConvexBody<V, F>,
+        to_light: DVec3,
+        casters: &Bounds,
+        origin: DVec3,
+        [height, w]: [DVec4; 2],
+    ) -> Self {
+        let shift = body.origin - origin;
+        let slack = SLACK * (body.size + shift.abs().max_element());
         let (low, high) = (casters.min() - origin, casters.max() - origin);
-        let corner = |l: f64, low, high| {
-            if l > 0.0 {
-                high
-            } else if l < 0.0 {
-                low
-            } else {
-                NEVER
-            }
-        };
-        let per_length = |l: f64| if l == 0.0 { 1.0 } else { 1.0 / l };
         let l = to_light;
-        Self {
+        let mut reach = Self {
             height,
             w,
             to_light,
             shift,
-            corner: DVec3::new(corner(l.x, low.x, high.x), corner(l.y, low.y, high.y), corner(l.z, low.z, high.z)),
-            per_length: DVec3::new(per_length(l.x), per_length(l.y), per_length(l.z)),
+            corner: DVec3::select(l.cmpgt(DVec3::ZERO), high, low),
+            wide_corner: DVec3::splat(NEVER),
+            per_length: DVec3::ONE,
+            slack,
             fractions: [[f64::NEG_INFINITY; 3]; V],
             bounds: [f64::NEG_INFINITY; 3],
             best: f64::NEG_INFINITY,
+        };
+        for axis in 0..3 {
+            if l[axis] > SLACK {
+                reach.wide_corner[axis] = high[axis] + slack;
+                reach.per_length[axis] = 1.0 / (l[axis] - SLACK);
+            } else if l[axis] < -SLACK {
+                reach.wide_corner[axis] = low[axis] - slack;
+                reach.per_length[axis] = 1.0 / (l[axis] + SLACK);
+            }
         }
+        reach
     }
 
     /// Takes a vertex of the body in, with its own `height` and `1/w`.
@@ -103,7 +130,7 @@ impl<const V: usize> Reach<V> {
             }
         }
         let corner = self.corner.extend(1.0);
-        let at_corner = self.height.dot(corner) / self.w.dot(corner);
+        let at_corner = min(self.height.dot(corner) / self.w.dot(corner), least(self.bounds));
         if at_corner > best && self.corner_is_above(body) { at_corner } else { best }
     }
 
@@ -128,14 +155,16 @@ impl<const V: usize> Reach<V> {
         best
     }
 
-    /// Whether the line from the box's corner along the light meets the body.
+    /// Whether the line from the box's corner along the light meets the body, to within rounding.
     fn corner_is_above<const F: usize>(&self, body: &ConvexBody<V, F>) -> bool {
-        if self.corner.max_element() >= NEVER {
+        if self.wide_corner.max_element() >= NEVER {
             return false;
         }
+        let corner = self.corner - self.shift;
+        let slack = self.slack + SLACK * corner.abs().max_element();
         let (mut enter, mut leave) = (f64::NEG_INFINITY, f64::INFINITY);
         for plane in body.bounding_planes() {
-            let (beyond, rate) = (plane.distance(self.corner - self.shift), plane.normal().dot(self.to_light));
+            let (beyond, rate) = (plane.distance(corner) - slack, plane.normal().dot(self.to_light));
             if rate > 0.0 {
                 enter = max(beyond / rate, enter);
             } else if rate < 0.0 {
@@ -150,7 +179,7 @@ impl<const V: usize> Reach<V> {
     /// How far from a point each of the three planes is, along the ray to the light.
     #[inline(always)]
     fn distances(&self, q: DVec3) -> [f64; 3] {
-        ((self.corner - q) * self.per_length).to_array()
+        ((self.wide_corner - q) * self.per_length).to_array()
     }
 }
 
@@ -162,15 +191,15 @@ impl<const V: usize> Reach<V> {
         // Only that part of the body counts above which there is some of the box.
         let mut shaded: ShadedBody = body.resized();
         let whole: ConvexBody<8, 6> = ConvexBody::box_about(casters, body.origin);
-        let size = body.size_with(casters);
+        // Wider by a rounding of the coordinates, so that a box without width is not missed.
+        let size = max(body.size, whole.size);
         for plane in whole.sweep_planes(-self.to_light) {
-            // Wider by a rounding of the coordinates, so that a box without width is not missed.
-            let plane = Plane::from_unit(plane.normal(), plane.offset() + 8.0 * f64::EPSILON * size);
+            let plane = Plane::from_unit(plane.normal(), plane.offset() + SLACK * size);
             // Capacity: see `ShadedBody`.
             let _ = shaded.cut(&plane);
         }
         let origin = body.origin - self.shift;
-        let mut reach = Reach::new(self.to_light, casters, origin, self.shift, [self.height, self.w]);
+        let mut reach = Reach::above(&shaded, self.to_light, casters, origin, [self.height, self.w]);
         for (vertex, point) in shaded.vertices().iter().enumerate() {
             let q = *point + self.shift;
             reach.include(vertex, q, self.height.dot(q.extend(1.0)), 1.0 / self.w.dot(q.extend(1.0)));

@@ -124,8 +124,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         }
         for plane in self.sweep_planes(light.to_light()) {
             let plane = Plane::from_unit(plane.normal(), plane.offset() + margin);
-            // Capacity: see `CasterBody`.
-            let _ = body.cut_with(&plane, &mut scratch);
+            // Capacity: see `CasterBody`. Every bit counts: a box may be very much larger than what it shadows.
+            let _ = body.cut_within(&plane, &mut scratch, 0.0);
         }
         body
     }

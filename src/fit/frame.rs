@@ -294,7 +294,7 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
                 }
                 continue;
             }
-            let mut reach = Reach::new(to_light, casters.unwrap_or(self.fit.casters), self.origin, shift, [height, w]);
+            let mut reach = Reach::above(body, to_light, casters.unwrap_or(self.fit.casters), self.origin, [height, w]);
             for (vertex, point) in body.vertices().iter().enumerate() {
                 let q = *point + shift;
                 let (height, per_w) = include(q);

@@ -1,5 +1,5 @@
-//! Says how good each shadow-map technique is for a camera, a light and the bounds of a scene: a table on standard
-//! output, and a page with pictures.
+//! Says how good each shadow-map technique is for a camera, a light and the bounds of a scene: a
+//! table on standard output, and a page with pictures.
 
 mod mean;
 mod measure;
@@ -25,15 +25,16 @@ use scenes::{GltfScene, Model, Scene, echo};
 
 /// Says how good each shadow-map technique is for a camera, a light and the bounds of a scene.
 ///
-/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper; it stands below as an
-/// example.
+/// Without arguments it reports on an embedded scene, the configuration of the LiSPSM paper; it
+/// stands below.
 #[derive(Parser)]
-#[command(name = "report", version, after_help = EMBEDDED)]
+#[command(name = "report", version, after_help = AFTER_HELP)]
 struct Cli {
     /// Read the scene from a JSON file; `-` is standard input.
     #[arg(long, value_name = "FILE.json", conflicts_with = "gltf")]
     scene: Option<PathBuf>,
-    /// Read bounds, camera and directional light from a glTF file; what it lacks is made up from its bounds.
+    /// Read bounds, camera and directional light from a glTF file; what it lacks is made up from
+    /// its bounds.
     #[arg(long, value_name = "FILE.glb|gltf")]
     gltf: Option<PathBuf>,
     /// Where the page goes. By default `target/report/<scene name>.html`; with `--json`, nowhere.
@@ -45,12 +46,15 @@ struct Cli {
     /// Print the results as JSON, and nothing else.
     #[arg(long)]
     json: bool,
-    /// Print the survey of the techniques over some hundreds of settings, and nothing else: `docs/survey.md`.
+    /// Print the survey of the techniques over some hundreds of settings, and nothing else:
+    /// `docs/survey.md`.
     #[arg(long, conflicts_with_all = ["scene", "gltf", "out", "figures", "json"])]
     survey: bool,
 }
 
 const EMBEDDED: &str = include_str!("../scenes/paper.json");
+const AFTER_HELP: &str =
+    concat!("An example of a scene; docs/scene-format.md has every field:\n", include_str!("../scenes/paper.json"));
 
 fn main() -> ExitCode {
     let cli = match Cli::try_parse() {
@@ -65,7 +69,8 @@ fn main() -> ExitCode {
             let lines: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).map(str::trim).collect();
             let message = lines.join(" ");
             let message = message.trim_start_matches("error: ");
-            // What it quotes stands between apostrophes, or between the first and the last if it has some itself.
+            // What it quotes stands between apostrophes, or between the first and the last if it
+            // has some itself.
             let parts = [message.find('\''), message.rfind('\'')].map(|at| at.unwrap_or(message.len()));
             let (quoted, [before, after]) =
                 (&message[parts[0]..parts[1]], [&message[..parts[0]], &message[parts[1]..]]);

@@ -3,7 +3,8 @@
 use shadow_warp::ConvexBody;
 use shadow_warp::glam::DVec3;
 
-/// Pieces to average over, in world space, each with its share: tetrahedra of solid bodies, triangles of flat ones.
+/// Pieces to average over, in world space, each with its share: tetrahedra of solid bodies,
+/// triangles of flat ones.
 pub(crate) enum Quadrature {
     Volume(Vec<(f64, [DVec3; 4])>),
     Area(Vec<(f64, [DVec3; 3])>),
@@ -16,8 +17,8 @@ const SUBDIVISIONS: u32 = 3;
 const FLAT: f64 = 1e-6;
 
 impl Quadrature {
-    /// Of the volume of solid bodies; of the area of all faces, where some body is flat; else of the vertices. What lies in
-    /// several bodies counts several times.
+    /// Of the volume of solid bodies; of the area of all faces, where some body is flat; else of
+    /// the vertices. What lies in several bodies counts several times.
     pub(crate) fn of<const V: usize, const F: usize>(bodies: &[ConvexBody<V, F>]) -> Self {
         let bodies: Vec<_> = bodies.iter().filter(|body| !body.is_empty()).collect();
         let world: Vec<Vec<DVec3>> =
@@ -96,7 +97,8 @@ fn mean_in_solid(p: [DVec3; 4], subdivisions: u32, f: &impl Fn(DVec3) -> f64) ->
         let sum = p.iter().sum::<DVec3>();
         return p.map(|corner| f(sum * near + corner * (1.0 - 4.0 * near))).iter().sum::<f64>() / 4.0;
     }
-    // Eight of equal volume: one at each corner, and the octahedron between them cut along a diagonal.
+    // Eight of equal volume: one at each corner, and the octahedron between them cut along a
+    // diagonal.
     let [a, b, c, d] = p;
     let [ab, ac, ad] = [b, c, d].map(|q| 0.5 * (a + q));
     let [bc, bd, cd] = [0.5 * (b + c), 0.5 * (b + d), 0.5 * (c + d)];

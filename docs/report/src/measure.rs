@@ -61,7 +61,8 @@ pub(crate) struct Face {
 pub(crate) struct Least {
     /// A lower bound along the warp, for maps on these axes with any spacing of texels.
     pub(crate) along: f64,
-    /// The least across the warp over all ratios, with this centre. No bound: a map with another centre may have less.
+    /// The least across the warp over all ratios, with this centre. No bound: a map with another
+    /// centre may have less.
     pub(crate) across: f64,
 }
 
@@ -78,8 +79,8 @@ pub(crate) struct Row {
     clip_from_body: [f64; 16],
     body_origin: [f64; 3],
     pub(crate) worst_pixels_per_texel: f64,
-    /// The worst over the larger of the two least errors, which are for this direction and centre of the warp: how much
-    /// other ratios could gain. Only on the axes that these are for.
+    /// The worst over the larger of the two least errors, which are for this direction and centre
+    /// of the warp: how much other ratios could gain. Only on the axes that these are for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) worst_over_least: Option<f64>,
     pub(crate) mean_pixels_per_texel: f64,
@@ -99,7 +100,8 @@ pub(crate) struct Row {
     pub(crate) map: ShadowMap,
 }
 
-/// The largest displacement of a receiver vertex by rounding to `f32`, in texels, and the proven bounds.
+/// The largest displacement of a receiver vertex by rounding to `f32`, in texels, and the proven
+/// bounds.
 #[derive(Serialize)]
 pub(crate) struct Rounding {
     pub(crate) eye: f64,
@@ -116,8 +118,8 @@ pub(crate) struct LightAxes {
     sin_gamma: f64,
 }
 
-/// Vertices in world space, and as the library keeps them: about an origin near by, with all their digits. Those of
-/// several bodies one after the other.
+/// Vertices in world space, and as the library keeps them: about an origin near by, with all their
+/// digits. Those of several bodies one after the other.
 #[derive(Serialize)]
 struct Bodies {
     receiver_vertices: Vec<[f64; 3]>,
@@ -169,7 +171,8 @@ pub(crate) fn report(name: &str, scene: Scene, mut notes: Vec<String>, job: &Job
             None => whole = Some((part.body, part.least)),
         }
     }
-    // What is seen around a point light is cut by the range of no face; its casters are all that there are.
+    // What is seen around a point light is cut by the range of no face; its casters are all that
+    // there are.
     let (body, least_errors) = match whole {
         Some(whole) => whole,
         None => (Bodies::new(&seen, &[Body::from_box(&job.casters, job.casters.min())?]), None),
@@ -354,8 +357,8 @@ impl Row {
 const BATCHES: u32 = 301;
 const RUNS_PER_BATCH: u32 = 16;
 
-/// Returns the time from a view to a fitted map, in nanoseconds: the mean of the fastest batch, which was
-/// disturbed least.
+/// Returns the time from a view to a fitted map, in nanoseconds: the mean of the fastest batch,
+/// which was disturbed least.
 fn setup_ns(technique: &Technique, job: &Job) -> f64 {
     let mut receivers = Vec::with_capacity(job.receivers.len());
     let mut solve = || {

@@ -20,15 +20,16 @@ const MARGIN: f64 = 36.0;
 /// A texel line for every 16th of the map.
 const CELLS: u32 = 16;
 
-/// A technique's map, drawn in a plane across the light: x across, z along, relative to the map's origin. For a light with a
-/// place, the plane at a distance of 1, relative to its axis.
+/// A technique's map, drawn in a plane across the light: x across, z along, relative to the map's
+/// origin. For a light with a place, the plane at a distance of 1, relative to its axis.
 pub(crate) struct Drawing<'a> {
     job: &'a Job,
     bodies: &'a [LitBody],
     map: &'a ShadowMap,
     /// Points are drawn as far as they are this far along the axis of a light with a place.
     nearest: f64,
-    /// To clip x, y, w of the map. Along the light nothing changes there, so it is a map of the plane.
+    /// To clip x, y, w of the map. Along the light nothing changes there, so it is a map of the
+    /// plane.
     clip_from_plane: DMat3,
     plane_from_clip: DMat3,
     /// What the left picture shows: its middle and half its side, in world units.
@@ -73,7 +74,8 @@ impl Panel {
         self.svg = svg.add(element.into());
     }
 
-    /// The finished picture, with a frame and labels around it (title, below, beside), and a bar of the given length.
+    /// The finished picture, with a frame and labels around it (title, below, beside), and a bar of
+    /// the given length.
     fn finish(self, [title, below, beside]: [&str; 3], scale: Option<f64>) -> String {
         let whole = SIZE + 2.0 * MARGIN;
         let frame = Rectangle::new().set("x", MARGIN).set("y", MARGIN).set("width", SIZE).set("height", SIZE);
@@ -170,7 +172,8 @@ impl<'a> Drawing<'a> {
         panel.finish(["the map: after the warp", "across the map", "up the map"], None)
     }
 
-    /// The distance of the lines of the world grid: 1, 2 or 5 times a power of ten, eight to twenty to the picture.
+    /// The distance of the lines of the world grid: 1, 2 or 5 times a power of ten, eight to twenty
+    /// to the picture.
     pub(crate) fn world_spacing(&self) -> f64 {
         round_down(self.half / 6.0)
     }
@@ -241,7 +244,8 @@ impl<'a> Drawing<'a> {
         (self.clip_from_plane * p.extend(1.0)).z
     }
 
-    /// A line of the world in the plane or in the map, without what lies behind a projection's centre.
+    /// A line of the world in the plane or in the map, without what lies behind a projection's
+    /// centre.
     fn project(&self, panel_from_plane: &DMat3, line: [DVec3; 2]) -> Option<[DVec2; 2]> {
         through(panel_from_plane, line.map(|p| self.flat(p)), LEAST_W * self.nearest)
     }
@@ -281,7 +285,8 @@ fn place(light: &Light) -> Option<DVec3> {
     }
 }
 
-/// Returns a line's picture under a projective map, cut where the denominator falls below its least value.
+/// Returns a line's picture under a projective map, cut where the denominator falls below its least
+/// value.
 fn through(map: &DMat3, line: [DVec3; 2], least: f64) -> Option<[DVec2; 2]> {
     let [a, b] = line.map(|p| *map * p);
     let (over_a, over_b) = (a.z - least, b.z - least);

@@ -6,8 +6,8 @@ use shadow_warp::{ClipSpace, LitBody, ShadowMap};
 /// Lines of the map that are measured where bodies may overlap.
 const LINES: u32 = 4096;
 
-/// Returns the share of the map that the receivers cover. Of several bodies, whose pictures may overlap, in the middles of
-/// 4096 lines.
+/// Returns the share of the map that the receivers cover. Of several bodies, whose pictures may
+/// overlap, in the middles of 4096 lines.
 pub(crate) fn map_share(map: &ShadowMap, bodies: &[LitBody]) -> f64 {
     let triangles = |body: &LitBody| {
         let clip = map.clip_from_world_at(body.origin(), ClipSpace::WGPU);
@@ -16,8 +16,8 @@ pub(crate) fn map_share(map: &ShadowMap, bodies: &[LitBody]) -> f64 {
         triangles.map(|t| t.map(project)).collect::<Vec<_>>()
     };
     if let [body] = bodies {
-        // Seen from the light a convex body covers each point with two of its faces, so its picture is half as large as
-        // those of all faces together.
+        // Seen from the light a convex body covers each point with two of its faces, so its picture
+        // is half as large as those of all faces together.
         let area = |[a, b, c]: [DVec2; 3]| 0.5 * (b - a).perp_dot(c - a).abs();
         return 0.5 * triangles(body).into_iter().map(area).sum::<f64>() / 4.0;
     }
@@ -48,7 +48,8 @@ fn section(picture: &[[DVec2; 3]], y: f64) -> Option<[f64; 2]> {
     ends.reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])])
 }
 
-/// Returns how far the vertices move in the map, in texels, with matrix, positions and products in `f32`.
+/// Returns how far the vertices move in the map, in texels, with matrix, positions and products in
+/// `f32`.
 pub(crate) fn displacement(map: &ShadowMap, bodies: &[LitBody], origin: DVec3) -> f64 {
     let half_size = DVec2::from(map.size().map(f64::from)) * 0.5;
     let rounded = map.clip_from_world_at(origin, ClipSpace::WGPU).as_mat4();
@@ -85,7 +86,8 @@ mod tests {
         Ok(map_share(&fit.solve(Rule::Uniform)?, &bodies))
     }
 
-    /// Under a light from above: one body that two cover, or three of which one lies in the others, is covered as much.
+    /// Under a light from above: one body that two cover, or three of which one lies in the others,
+    /// is covered as much.
     #[test]
     fn what_is_covered_twice_counts_once() -> Result<()> {
         let whole = share(&[[-10.0, 10.0, 0.0, 40.0]])?;

@@ -33,8 +33,8 @@ const COLOURS: [RGBColor; 12] = [
 /// For one technique, pairs of depth and pixels per texel.
 type Curve = Vec<(f64, f64)>;
 
-/// Returns the plot. At each depth it shows the worst point of what is seen there, so that the highest point of a curve
-/// is the technique's worst in the table.
+/// Returns the plot. At each depth it shows the worst point of what is seen there, so that the
+/// highest point of a curve is the technique's worst in the table.
 pub(crate) fn depth_plot(rows: &[Row]) -> Result<String> {
     let first = rows.first().context("a plot has curves")?;
     let depths = depths(&first.job, &first.bodies);
@@ -103,7 +103,8 @@ where
         .draw()
 }
 
-/// A logarithmic axis with marks at 1, 2 and 5 times powers of ten, or fewer where they would crowd.
+/// A logarithmic axis with marks at 1, 2 and 5 times powers of ten, or fewer where they would
+/// crowd.
 fn logarithmic(low: f64, high: f64) -> WithKeyPoints<LogCoord<f64>> {
     let decades = high.log10() - low.log10();
     let digits: &[f64] = if decades > 5.0 { &[1.0] } else { &[1.0, 2.0, 5.0] };
@@ -116,7 +117,8 @@ fn logarithmic(low: f64, high: f64) -> WithKeyPoints<LogCoord<f64>> {
     (low..high).log_scale().with_key_points(marks)
 }
 
-/// The depths of the curves' points: evenly spread on the axis, and those of the bodies' vertices, where the peaks are.
+/// The depths of the curves' points: evenly spread on the axis, and those of the bodies' vertices,
+/// where the peaks are.
 fn depths(job: &Job, bodies: &[LitBody]) -> Vec<f64> {
     let of_body = |body: &LitBody| body.vertices().iter().map(|&q| job.depth(body, q)).collect::<Vec<_>>();
     let mut depths: Vec<f64> = bodies.iter().flat_map(of_body).collect();
@@ -138,8 +140,8 @@ fn worst_at(row: &Row, z: f64) -> Option<f64> {
     row.bodies.iter().filter_map(|body| worst_of(row, body, z)).reduce(f64::max)
 }
 
-/// The worst point of a body's section at a depth. On a section pixels per texel are a convex function, so the worst
-/// point is a corner: where an edge crosses.
+/// The worst point of a body's section at a depth. On a section pixels per texel are a convex
+/// function, so the worst point is a corner: where an edge crosses.
 fn worst_of(row: &Row, body: &LitBody, z: f64) -> Option<f64> {
     let job = &row.job;
     let vertices = body.vertices();

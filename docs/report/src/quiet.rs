@@ -1,11 +1,13 @@
-//! Mesa's layer that sorts devices. It looks for a Wayland display, and complains on standard error where there is none.
+//! Mesa's layer that sorts devices. It looks for a Wayland display, and complains on standard error
+//! where there is none.
 
 /// The environment in which the layer does nothing.
 #[cfg(unix)]
 const OFF: (&str, &str) = ("NODEVICE_SELECT", "1");
 
-/// Starts the program anew with the layer switched off, where it is not. The layer reads the environment, which a program
-/// cannot safely change under itself. Returns where that was done, is of no use, or fails.
+/// Starts the program anew with the layer switched off, where it is not. The layer reads the
+/// environment, which a program cannot safely change under itself. Returns where that was done, is
+/// of no use, or fails.
 pub(crate) fn without_mesas_layer() {
     #[cfg(unix)]
     if std::env::var_os(OFF.0).is_none()

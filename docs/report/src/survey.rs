@@ -117,8 +117,8 @@ const ENTRIES: [Entry; 8] = [
     Entry { name: "optimal, middle vector", axes: Axes::Middle, rule: Rule::OPTIMAL },
 ];
 
-/// Worst pixels per texel of each entry, where it does not refuse, and the least that any ratio and spacing can have on the
-/// view's axes, with their centre.
+/// Worst pixels per texel of each entry, where it does not refuse, and the least that any ratio and
+/// spacing can have on the view's axes, with their centre.
 struct Outcome {
     worst: [Option<f64>; ENTRIES.len()],
     bound: f64,
@@ -214,7 +214,8 @@ mod tests {
     use super::*;
     use scenes::TECHNIQUES;
 
-    /// On the same axes nothing is better than the optimum, to 1e-9 of it, over more than 200 settings.
+    /// On the same axes nothing is better than the optimum, to 1e-9 of it, over more than 200
+    /// settings.
     #[test]
     fn nothing_on_its_axes_beats_the_optimum() -> Result<()> {
         let mut random = Rng::with_seed(2);

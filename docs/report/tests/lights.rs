@@ -19,7 +19,8 @@ fn rows(report: &Value) -> &[Value] {
     report["techniques"].as_array().unwrap()
 }
 
-/// Every row is whole, and its map holds a body's vertices and touches them with its sides and its far plane.
+/// Every row is whole, and its map holds a body's vertices and touches them with its sides and its
+/// far plane.
 fn assert_fits(rows: &[Value], body: &Value) {
     let vertices: Vec<Vec<f64>> = body["receiver_vertices"].as_array().unwrap().iter().map(numbers).collect();
     for row in rows {

@@ -1,4 +1,5 @@
-//! What a scene may have besides a camera, a light and two boxes: lists of boxes, axes, the near plane, the warp's depths.
+//! What a scene may have besides a camera, a light and two boxes: lists of boxes, axes, the near
+//! plane, the warp's depths.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
 mod program;
@@ -85,8 +86,8 @@ fn a_list_is_its_boxes() {
     }
 }
 
-/// The plane is the lowest face of all receivers, here that of the second house: what lies in it has as many pixels per texel
-/// all over, so that `w` there is as the depth along the view.
+/// The plane is the lowest face of all receivers, here that of the second house: what lies in it
+/// has as many pixels per texel all over, so that `w` there is as the depth along the view.
 #[test]
 fn the_plane_is_the_lowest_face_of_all() {
     let report = report_on(&with_lists());

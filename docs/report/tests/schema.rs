@@ -1,5 +1,5 @@
-//! `docs/scene-format.md` against the program: its tables have the fields that the sources have, its examples are read, and
-//! what the program prints is in it.
+//! `docs/scene-format.md` against the program: its tables have the fields that the sources have,
+//! its examples are read, and what the program prints is in it.
 #![expect(clippy::unwrap_used, reason = "tests")]
 
 mod program;
@@ -180,7 +180,8 @@ fn the_tables_are_the_types() {
     }
 }
 
-/// Every object that the program prints has fields of its type alone, and all that are always there.
+/// Every object that the program prints has fields of its type alone, and all that are always
+/// there.
 #[test]
 fn what_is_printed_is_in_the_tables() {
     let tables = page();

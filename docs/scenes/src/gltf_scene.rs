@@ -1,4 +1,5 @@
-//! A scene from a glTF file: its bounds, its triangles, its first camera, its first directional light.
+//! A scene from a glTF file: its bounds, its triangles, its first camera, its first directional
+//! light.
 
 mod file;
 mod geometry;
@@ -45,12 +46,12 @@ pub struct GltfScene {
 }
 
 impl GltfScene {
-    /// Reads a file. Accessors carry their bounds: only a camera that has to be made up needs buffers, and does
-    /// without where they cannot be read. Images are never needed.
+    /// Reads a file. Accessors carry their bounds: only a camera that has to be made up needs
+    /// buffers, and does without where they cannot be read. Images are never needed.
     ///
     /// # Errors
-    /// If the file cannot be read, is no glTF 2.0, requires an extension that may change or hide its geometry, or holds
-    /// no mesh with positions at finite places.
+    /// If the file cannot be read, is no glTF 2.0, requires an extension that may change or hide
+    /// its geometry, or holds no mesh with positions at finite places.
     pub fn read(path: &Path) -> Result<Self> {
         let file = File::open(path)?;
         let found = walk(&file.document)?;

@@ -1,4 +1,5 @@
-//! What the report and the conformance tests run on: scenes (made up, or read from JSON or glTF) and the techniques.
+//! What the report and the conformance tests run on: scenes (made up, or read from JSON or glTF)
+//! and the techniques.
 
 mod echo;
 mod gltf_scene;

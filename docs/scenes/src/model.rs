@@ -25,8 +25,9 @@ const MAP: [u32; 2] = [1024, 1024];
 const VIEWPORT: [u32; 2] = [512, 512];
 
 impl Model {
-    /// Returns a ground with poles and boxes over the configuration of the LiSPSM paper: a view of 60 degrees, near 1,
-    /// far 400, over 400 x 50 x 400 units; the camera is bent down by 20 degrees.
+    /// Returns a ground with poles and boxes over the configuration of the LiSPSM paper: a view of
+    /// 60 degrees, near 1, far 400, over 400 x 50 x 400 units; the camera is bent down by 20
+    /// degrees.
     #[must_use]
     pub fn ground() -> Self {
         let bounds = Cuboid { min: [-200.0, 0.0, -200.0], max: [200.0, 50.0, 200.0] };
@@ -36,8 +37,9 @@ impl Model {
         Self::furnished("ground", scene(view, light, [bounds; 2]))
     }
 
-    /// Returns a scene with made-up contents: a ground over the bottom of the receivers' box, and poles and boxes in
-    /// the casters' box. Where a scene has a list of boxes in place of one, each of them is a solid.
+    /// Returns a scene with made-up contents: a ground over the bottom of the receivers' box, and
+    /// poles and boxes in the casters' box. Where a scene has a list of boxes in place of one, each
+    /// of them is a solid.
     #[must_use]
     pub fn furnished(name: &str, scene: Scene) -> Self {
         let solids = |list: &[Cuboid]| {
@@ -54,8 +56,8 @@ impl Model {
         Self { name: name.to_owned(), scene, triangles }
     }
 
-    /// Returns a town of 289 houses, seen along a street. Shadows are seen on streets and doorsteps only, so that most
-    /// casters are no receivers.
+    /// Returns a town of 289 houses, seen along a street. Shadows are seen on streets and doorsteps
+    /// only, so that most casters are no receivers.
     #[must_use]
     pub fn town() -> Self {
         let bounds = Cuboid { min: [-210.0, 0.0, -210.0], max: [210.0, 45.0, 210.0] };

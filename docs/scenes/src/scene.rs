@@ -25,13 +25,15 @@ pub struct Scene {
     pub map: [u32; 2],
     /// Pixels of the picture, `[width, height]`.
     pub viewport: [u32; 2],
-    /// Which directions the texture's axes follow, for all techniques. Absent: each technique's own.
+    /// Which directions the texture's axes follow, for all techniques. Absent: each technique's
+    /// own.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesName>,
     /// Where the map's near plane lies. Absent: at the casters.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub near_depth: Option<NearDepthName>,
-    /// The depths along the view that the warp is chosen for, near and far. A far of null is infinite.
+    /// The depths along the view that the warp is chosen for, near and far. A far of null is
+    /// infinite.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub warp_depths: Option<(f64, Option<f64>)>,
 }
@@ -80,7 +82,8 @@ impl From<NearDepthName> for NearDepth {
     }
 }
 
-/// A camera with exactly one lens: `fov_y_deg` with `aspect`, `tangents` (left, right, bottom, top), or `orthographic`.
+/// A camera with exactly one lens: `fov_y_deg` with `aspect`, `tangents` (left, right, bottom,
+/// top), or `orthographic`.
 #[derive(Clone, Debug, Default, Deserialize, Serialize)]
 #[serde(deny_unknown_fields, expecting = "a camera, which is an object")]
 pub struct Camera {

@@ -28,7 +28,8 @@ pub(crate) struct Pinhole {
 pub(crate) struct Sight<'a> {
     triangles: &'a [[DVec3; 3]],
     to_light: DVec3,
-    /// Across the light: the axes of the shadow map, which is about the middle and as large as half to each side.
+    /// Across the light: the axes of the shadow map, which is about the middle and as large as half
+    /// to each side.
     across: [DVec3; 2],
     middle: DVec3,
     half: f64,
@@ -42,8 +43,9 @@ struct Buffer {
 }
 
 impl Buffer {
-    /// Draws triangles whose corners `clip` gives as `(x, y, w)` with x/w and y/w from -1 to 1 in the picture. What is
-    /// nearest is where the sum of the corners' `nearness`, each times its share over `w`, is greatest and up to `most`.
+    /// Draws triangles whose corners `clip` gives as `(x, y, w)` with x/w and y/w from -1 to 1 in
+    /// the picture. What is nearest is where the sum of the corners' `nearness`, each times its
+    /// share over `w`, is greatest and up to `most`.
     fn draw(
         size: [usize; 2],
         triangles: &[[DVec3; 3]],
@@ -54,8 +56,9 @@ impl Buffer {
         let mut buffer = Self { size, nearest: vec![None; size[0] * size[1]] };
         for (index, corners) in triangles.iter().enumerate() {
             let places = corners.map(&clip);
-            // A pixel (x, y, 1) is the sum of the corners' places, each times its share (Olano and Greer 1997). That
-            // needs no clipping. The inverse of a triangle without area has no numbers, and covers nothing.
+            // A pixel (x, y, 1) is the sum of the corners' places, each times its share (Olano and
+            // Greer 1997). That needs no clipping. The inverse of a triangle without area has no
+            // numbers, and covers nothing.
             let shares = DMat3::from_cols(places[0], places[1], places[2]).inverse();
             let near = DVec3::from(corners.map(&nearness));
             let [columns, rows] = buffer.range(&places);
@@ -79,7 +82,8 @@ impl Buffer {
         DVec2::new(at(column, 0), at(row, 1))
     }
 
-    /// The columns and the rows that a triangle may cover: all of them, where a corner lies behind the eye.
+    /// The columns and the rows that a triangle may cover: all of them, where a corner lies behind
+    /// the eye.
     fn range(&self, places: &[DVec3; 3]) -> [std::ops::Range<usize>; 2] {
         let before = places.iter().all(|p| p.z > 0.0);
         let ends = |axis: usize| {
@@ -105,11 +109,11 @@ impl<'a> Sight<'a> {
         Self { triangles, to_light, across: [x, y], middle, half, shadows }
     }
 
-    /// Returns how much a camera's picture tells, in bits per pixel: the entropy of its steps of brightness, of which the sky
-    /// is one more. None where it shows one and the same all over.
+    /// Returns how much a camera's picture tells, in bits per pixel: the entropy of its steps of
+    /// brightness, of which the sky is one more. None where it shows one and the same all over.
     ///
-    /// After the viewpoint entropy of Vazquez, Feixas, Sbert and Heidrich 2001, whose classes are faces: here they are what
-    /// can be told apart, light, shadow and all.
+    /// After the viewpoint entropy of Vazquez, Feixas, Sbert and Heidrich 2001, whose classes are
+    /// faces: here they are what can be told apart, light, shadow and all.
     pub(crate) fn entropy(&self, camera: &Pinhole) -> f64 {
         let forward = camera.forward.normalize();
         let right = forward.cross(DVec3::Y).normalize();
@@ -149,8 +153,9 @@ impl<'a> Sight<'a> {
             (share * MAP[axis] as f64).clamp(0.0, MAP[axis] as f64 - 1.0) as usize
         });
         let first = self.shadows.nearest[texel[1] * MAP[0] + texel[0]].map_or(triangle, |(first, _)| first);
-        // Where the plane of what is nearest to the light lies above the point. Of a neighbour's plane that may be as much as
-        // it is inclined to this one, times a texel and a half; of a parallel one it is exact.
+        // Where the plane of what is nearest to the light lies above the point. Of a neighbour's
+        // plane that may be as much as it is inclined to this one, times a texel and a half; of a
+        // parallel one it is exact.
         let [other, own] = [first, triangle].map(|i| self.plane(i));
         let above = self.to_light.dot(other.point - point) + other.slope.dot(self.places(point - other.point));
         let texel_size = 2.0 * self.half / MAP[0] as f64;
@@ -164,8 +169,8 @@ impl<'a> Sight<'a> {
         DVec2::new(self.across[0].dot(q), self.across[1].dot(q))
     }
 
-    /// The plane of a triangle as the light sees it. Where it is along the light its slope is no number, or infinite, and
-    /// nothing lies above it.
+    /// The plane of a triangle as the light sees it. Where it is along the light its slope is no
+    /// number, or infinite, and nothing lies above it.
     fn plane(&self, triangle: usize) -> Plane {
         let [a, b, c] = self.triangles[triangle];
         let normal = (b - a).cross(c - a);
@@ -202,7 +207,8 @@ mod tests {
         }
     }
 
-    /// Half sky, half ground to a pixel: one bit. With the sun's shadow of a wall on the ground it is more.
+    /// Half sky, half ground to a pixel: one bit. With the sun's shadow of a wall on the ground it
+    /// is more.
     #[test]
     fn the_horizon_tells_one_bit() {
         let mut triangles = floor(DVec3::new(-1e5, 0.0, -1e5), DVec3::new(1e5, 0.0, 1e5));

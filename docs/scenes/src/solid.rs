@@ -10,7 +10,8 @@ pub(crate) fn cuboid(low: DVec3, high: DVec3) -> Triangles {
     frustum(middle - DVec3::Y * half.y, [half.x, half.z], [half.x, half.z], 2.0 * half.y)
 }
 
-/// A pyramid on a rectangle, cut across: half the widths along x and z below and above, and the height.
+/// A pyramid on a rectangle, cut across: half the widths along x and z below and above, and the
+/// height.
 pub(crate) fn frustum(foot: DVec3, below: [f64; 2], above: [f64; 2], height: f64) -> Triangles {
     let ring = |[x, z]: [f64; 2], y: f64| {
         [(-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0), (1.0, -1.0)].map(|(i, j)| foot + DVec3::new(i * x, y, j * z)).to_vec()
@@ -38,7 +39,8 @@ pub(crate) fn floor(low: DVec3, high: DVec3) -> Triangles {
     vec![[a, b, c], [a, c, d]]
 }
 
-/// The sides, the lid and the bottom between two rings that run counter-clockwise as seen from above.
+/// The sides, the lid and the bottom between two rings that run counter-clockwise as seen from
+/// above.
 fn between(below: &[DVec3], above: &[DVec3]) -> Triangles {
     let count = below.len();
     let sides = (0..count).flat_map(|i| {
@@ -54,7 +56,8 @@ fn between(below: &[DVec3], above: &[DVec3]) -> Triangles {
 mod tests {
     use super::*;
 
-    /// Six times the volume, by the divergence theorem: positive only if the triangles look outward.
+    /// Six times the volume, by the divergence theorem: positive only if the triangles look
+    /// outward.
     fn six_volumes(solid: &Triangles) -> f64 {
         solid.iter().map(|[a, b, c]| a.dot(b.cross(*c))).sum()
     }

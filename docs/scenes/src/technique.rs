@@ -17,7 +17,8 @@ pub struct Technique {
     pub axes: Axes,
 }
 
-/// All techniques, in the order of the tables. The report and the conformance tests run over whatever is in this list.
+/// All techniques, in the order of the tables. The report and the conformance tests run over
+/// whatever is in this list.
 pub const TECHNIQUES: &[Technique] = &[
     Technique {
         name: "uniform",
@@ -123,7 +124,8 @@ impl Technique {
         job.axes.unwrap_or(self.axes)
     }
 
-    /// Returns the library's job as this technique fits it, for receivers that were cut by the job's view.
+    /// Returns the library's job as this technique fits it, for receivers that were cut by the
+    /// job's view.
     #[must_use]
     pub fn fit<'a>(&self, job: &'a Job, receivers: &'a [Body]) -> Fit<'a> {
         Fit { axes: self.axes(job), ..job.fit(receivers) }

@@ -1,5 +1,5 @@
-//! What the format allows besides plain meshes: names of applications, extensions, integers, other files' parts. And what
-//! it does not allow.
+//! What the format allows besides plain meshes: names of applications, extensions, integers, other
+//! files' parts. And what it does not allow.
 #![expect(clippy::unwrap_used, clippy::expect_used, reason = "tests")]
 
 mod square;
@@ -96,7 +96,8 @@ fn what_is_not_geometry_does_not_matter() {
     for (path, value) in cases {
         assert_eq!(triangles(&[(path, value)]).expect(path), plain, "{path}");
     }
-    // Zeros, for the attribute of an application, lie nowhere. A buffer without geometry is not looked for.
+    // Zeros, for the attribute of an application, lie nowhere. A buffer without geometry is not
+    // looked for.
     let mut gltf = square();
     let accessors = gltf["accessors"].as_array_mut().unwrap();
     accessors.push(json!({ "componentType": 5126, "count": 4, "type": "SCALAR" }));
@@ -133,7 +134,8 @@ fn what_may_hide_geometry_is_refused() {
     assert!(error.matches('X').count() < 80, "{error}");
 }
 
-/// The corners of the square, in steps of 1 over a power of two that the integers hold exactly, or normalised.
+/// The corners of the square, in steps of 1 over a power of two that the integers hold exactly, or
+/// normalised.
 #[test]
 fn integers_are_scaled_by_the_node() {
     let plain = triangles(&[]).unwrap();
@@ -166,7 +168,8 @@ fn integers_are_scaled_by_the_node() {
             let file = read(changed(&changes).to_string().as_bytes()).unwrap();
             assert_eq!(file.triangles().unwrap(), plain, "{kind} {normalised}");
             let bounds = file.scene.receivers.all()[0];
-            assert_eq!((bounds.min, bounds.max), ([0.0, 0.0, 5.0], [1.0, 1.0, 5.0]), "{kind} {normalised}");
+            let corners = [bounds.min, bounds.max].map(DVec3::from);
+            assert_eq!(corners, [DVec3::new(0.0, 0.0, 5.0), DVec3::new(1.0, 1.0, 5.0)], "{kind} {normalised}");
             // Not without the extension.
             let error = said(&changes[1..]);
             assert!(error.contains("POSITION must be floats in threes"), "{error}");
@@ -184,7 +187,7 @@ fn integers_are_scaled_by_the_node() {
     ];
     let file = read(changed(&changes).to_string().as_bytes()).unwrap();
     assert_eq!(file.triangles().unwrap()[0][0], DVec3::new(-1.0, -1.0, 4.0));
-    assert_eq!(file.scene.receivers.all()[0].min, [-1.0, -1.0, 4.0]);
+    assert_eq!(DVec3::from(file.scene.receivers.all()[0].min), DVec3::new(-1.0, -1.0, 4.0));
     let error =
         said(&[("/extensionsUsed", json!(["KHR_mesh_quantization"])), ("/accessors/0/componentType", json!(5125))]);
     assert!(error.contains("POSITION must be floats in threes, or integers of 8 or 16 bits"), "{error}");

@@ -24,8 +24,8 @@ const QUANTISED: &str = "KHR_mesh_quantization";
 const DRACO: &str = "KHR_draco_mesh_compression";
 /// They hold geometry in another form.
 const COMPRESSED: [&str; 3] = [DRACO, "EXT_meshopt_compression", "KHR_meshopt_compression"];
-/// What the names of extensions begin with, behind their vendor, that change neither where triangles are nor which there
-/// are.
+/// What the names of extensions begin with, behind their vendor, that change neither where
+/// triangles are nor which there are.
 const HARMLESS: [&str; 18] = [
     "animation",
     "audio",
@@ -164,8 +164,8 @@ fn primitives(json: &Value) -> impl Iterator<Item = (String, &Value)> {
     })
 }
 
-/// Takes out what does not concern geometry, whatever is in it, and attributes that the reader does not know but the
-/// format allows.
+/// Takes out what does not concern geometry, whatever is in it, and attributes that the reader does
+/// not know but the format allows.
 fn strip(json: &mut Value) -> Result<()> {
     let count = json["accessors"].as_array().map_or(0, Vec::len) as u64;
     for (place, part) in primitives(json) {
@@ -217,7 +217,8 @@ fn validate(root: &Root) -> Result<()> {
     root.validate(root, gltf::json::Path::new, &mut |path, error| {
         // A name in brackets is a field like any other.
         let path = path().to_string().replace("[\"", ".").replace("\"]", "");
-        // The format allows meshes without positions, which are not drawn, and accessors without data, which are zero.
+        // The format allows meshes without positions, which are not drawn, and accessors without
+        // data, which are zero.
         let is_allowed = path.ends_with(".attributes.POSITION") || path.ends_with("].bufferView");
         if !(is_allowed && error == Error::Missing) {
             errors.push((path, error));

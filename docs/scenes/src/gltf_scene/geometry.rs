@@ -151,8 +151,8 @@ fn bytes<'a>(buffers: &'a Buffers, buffer: &Buffer) -> Option<&'a [u8]> {
     buffers.get(buffer.index())?.as_deref()
 }
 
-/// Returns what an accessor's numbers mean: where they are normalised integers, the greatest of them is 1, and no signed
-/// one is less than -1.
+/// Returns what an accessor's numbers mean: where they are normalised integers, the greatest of
+/// them is 1, and no signed one is less than -1.
 pub(super) fn in_units(accessor: &Accessor, numbers: [f64; 3]) -> DVec3 {
     let greatest = match accessor.data_type() {
         DataType::I8 => 127.0,

@@ -11,11 +11,11 @@ const FOV_Y_DEG: f64 = 50.0;
 
 /// Where a camera stands, seen from the middle of the box.
 enum Stand {
-    /// So far beyond a side or an edge, and so far above the top, in shares of the box's greatest side. It looks at the
-    /// middle.
+    /// So far beyond a side or an edge, and so far above the top, in shares of the box's greatest
+    /// side. It looks at the middle.
     Outside { beyond: f64, above: f64 },
-    /// Four fifths of the way to a side or an edge, a fifth of the height above the bottom. It looks at what lies a little
-    /// lower.
+    /// Four fifths of the way to a side or an edge, a fifth of the height above the bottom. It
+    /// looks at what lies a little lower.
     Inside,
 }
 
@@ -27,9 +27,9 @@ const STANDS: [Stand; 4] = [
     Stand::Inside,
 ];
 
-/// Returns the camera, of some before and inside the box, whose picture tells most; and how many there were. The first,
-/// along the longer horizontal axis from a little above and before one end of the box, where nothing is known of what
-/// there is in it.
+/// Returns the camera, of some before and inside the box, whose picture tells most; and how many
+/// there were. The first, along the longer horizontal axis from a little above and before one end
+/// of the box, where nothing is known of what there is in it.
 pub(super) fn made_up(low: DVec3, high: DVec3, triangles: &[[DVec3; 3]], to_light: DVec3) -> (Camera, usize) {
     let candidates = candidates(low, high);
     let sight = Sight::new(triangles, to_light);
@@ -98,7 +98,8 @@ mod tests {
         (x >= 0.0 && y >= 0.0 && x + y <= 1.0 && distance > 0.0).then_some(distance)
     }
 
-    /// The triangles that rays through a picture's pixels meet first, by brute force; none for the sky.
+    /// The triangles that rays through a picture's pixels meet first, by brute force; none for the
+    /// sky.
     fn seen(triangles: &Triangles, camera: &Camera) -> Vec<Option<usize>> {
         let [eye, forward] = [camera.eye, camera.forward].map(DVec3::from);
         let forward = forward.normalize();
@@ -173,7 +174,8 @@ mod tests {
         }
     }
 
-    /// Boxes that are flat, lines and points, and no triangles at all, have cameras that the library takes.
+    /// Boxes that are flat, lines and points, and no triangles at all, have cameras that the
+    /// library takes.
     #[test]
     fn degenerate_boxes_have_cameras() {
         for size in [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z, DVec3::new(1.0, 0.0, 1.0), DVec3::new(0.0, 1.0, 1.0)] {
