@@ -89,8 +89,10 @@ pub type Body = ConvexBody<20, 12>;
 /// ```
 pub type WideBody = ConvexBody<36, 20>;
 
-/// Of a perspective camera's near distance: no more than this is lost of it, so that `w` keeps 10 bits.
+/// No more than these shares of a perspective camera's near distance count as on a plane. Its near and far plane may be one to
+/// the rounding of the box: then 10 bits of the distance are left. Its sides are not nearly parallel.
 const NEAR_SLACK: f64 = 1.0 / 1024.0;
+const SIDE_SLACK: f64 = 1.0 / (1_u64 << 43) as f64;
 
 /// `next` and `left` of a box. Bit `a` of a vertex's number says whether it lies at the greater end
 /// of axis `a`; face `2 a + bit` likewise. Vertices with an odd number of bits see their edges along x, y, z
@@ -194,10 +196,12 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         let high = (bounds.max() - origin).min(to_eye + reach);
         let mut body = Self::between(low, high, origin);
         let mut scratch = Scratch::new();
-        // However large the box, the near plane cuts off the eye.
-        let least = if view.is_perspective() { NEAR_SLACK * view.near() } else { f64::INFINITY };
-        let slack = min(SLACK * body.size, least);
+        // However large the box, what is close to a perspective camera keeps its own digits.
+        let most = |share: f64| if view.is_perspective() { share * view.near() } else { f64::INFINITY };
+        let [of_sides, of_ends] = [SIDE_SLACK, NEAR_SLACK].map(|share| min(SLACK * body.size, most(share)));
         for plane in view.planes() {
+            // The sides of a perspective camera pass through the eye.
+            let slack = if plane.offset().abs() > 0.0 { of_ends } else { of_sides };
             let plane = plane.relative_to(-to_eye);
             // The corner of the box that is furthest along the normal tells most planes apart without a cut.
             let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
