@@ -240,7 +240,14 @@ impl<'a, const V: usize, const F: usize> Fit<'a, V, F> {
         let reach = |(body, shift): (&ConvexBody<V, F>, DVec3)| {
             body.vertices().iter().fold(0.0, |reach, v| max((*v + shift).abs().max_element(), reach))
         };
-        let mut middle = Middle::new(bodies().map(reach).fold(0.0, max));
+        // Continuous as vertices come and go.
+        let extent = |(body, _): (&ConvexBody<V, F>, DVec3)| {
+            DVec3::AXES
+                .map(|axis| body.bounds_along(axis).map_or(0.0, |[low, high]| high - low))
+                .into_iter()
+                .fold(0.0, max)
+        };
+        let mut middle = Middle::new(bodies().map(reach).fold(0.0, max), bodies().map(extent).fold(0.0, max));
         bodies().for_each(|(body, shift)| middle.include(body, shift));
         middle.get()
     }

@@ -60,19 +60,34 @@ impl<const V: usize, const F: usize> Fit<'_, V, F> {
     /// Why a map is too fine for `f32`: what must be otherwise for the bound to be small.
     #[cold]
     fn cause(&self, map: &ShadowMap, origin: DVec3) -> &'static str {
-        let is_enough = |origin, casters| is_small(map, self.rounding_ndc(map, origin, casters));
+        let bound = |origin, casters| self.rounding_ndc(map, origin, casters);
+        let is_enough = |origin, casters| is_small(map, bound(origin, casters));
         let has_casters = self.near_depth == NearDepth::Casters;
         if is_enough(map.origin(), has_casters) {
-            "the origin is too far away: use one near the eye or the receivers"
-        } else if has_casters && is_enough(origin, false) {
-            "the casters' box is too deep: cut it to what can cast, or use NearDepth::Receivers"
-        } else if has_casters && is_enough(map.origin(), false) {
-            "the origin is too far away, and the casters' box too deep: use an origin near the eye or the receivers, and \
-             NearDepth::Receivers"
-        } else if map.warp().excess() > 0.0 {
-            "the warp is too strong, the receivers too thin, or the map too large: use a weaker warp or a smaller map"
-        } else {
-            "the receivers are too thin, or the map too large: use a smaller map"
+            return "the origin is too far away: use one near the receivers, such as ShadowMap::origin";
+        }
+        if has_casters && is_enough(origin, false) {
+            return "the casters' box is too deep: cut it to what can cast, or use NearDepth::Receivers";
+        }
+        if has_casters && is_enough(map.origin(), false) {
+            return "the origin is too far away, and the casters' box too deep: use ShadowMap::origin, and \
+                    NearDepth::Receivers";
+        }
+        // About another origin there is more to be gained than rounding.
+        let is_far = bound(map.origin(), false).max_element() < 0.5 * bound(origin, false).max_element();
+        match (map.warp().excess() > 0.0, is_far) {
+            (true, false) => {
+                "the warp is too strong, the receivers too thin, or the map too large: use a weaker warp, a smaller map, or \
+                 both"
+            }
+            (true, true) => {
+                "the origin is too far away, and the warp too strong or the map too large: use ShadowMap::origin, and a \
+                 weaker warp, a smaller map, or both"
+            }
+            (false, false) => "the receivers are too thin, or the map too large: use a smaller map",
+            (false, true) => {
+                "the origin is too far away, and the map too large: use ShadowMap::origin, and a smaller map"
+            }
         }
     }
 

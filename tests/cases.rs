@@ -4,7 +4,7 @@
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use shadow_warp::glam::{DVec2, DVec3, dvec3};
 use shadow_warp::{
-    Axes, Body, Bounds, ClipSpace, Error, Fit, Light, NearDepth, Objective, Plane, Rule, ShadowMap, Sides, View,
+    Axes, Body, Bounds, ClipSpace, Error, Fit, Light, NearDepth, Objective, Plane, Rule, ShadowMap, Sides, View, Warp,
 };
 
 /// A view, a light, one box that casts and receives, and the sizes of map and picture.
@@ -87,6 +87,35 @@ fn flat_ground_is_resolved_by_the_other_error() {
     for vertex in cases[0].seen[0].vertices() {
         let point = *vertex + cases[0].seen[0].origin();
         assert_abs_diff_eq!(place(&maps[0], point), place(&maps[1], point), epsilon = 1e-6);
+    }
+}
+
+/// No warp lies at the edge of the flat ground, as good as its bottom to within a tie: rounding must not choose.
+#[test]
+#[expect(clippy::excessive_precision, reason = "one step of rounding apart")]
+fn rounding_does_not_choose_among_equals() {
+    let eye = dvec3(25.474454167530013, 39.35695512848033, 46.90242106926745);
+    let forward = dvec3(-0.15425314662343825, 0.17170835138792073, 0.23753612343967712);
+    let up = dvec3(-0.5074696237354492, -0.23040125844055437, -0.13989252679046849);
+    let depth = 0.11136563083735657..3522.3590078860307;
+    let view = View::perspective(eye, forward, up, 0.8142356788624117, 1.1340816643699243, depth).unwrap();
+    let flat = Bounds::new(
+        dvec3(15.530327531207439, -199.4893151133416, 167.52979798993812),
+        dvec3(40.85181729454586, -51.493614892077176, 167.52979798993812),
+    );
+    let origin = dvec3(22.129912205377572, -111.17648650326905, 191.9793702477878);
+    let seen = [Body::from_box(&flat.unwrap(), origin).unwrap()];
+    let casters = Bounds::new(dvec3(-202.0, -71.0, -2.0), dvec3(132.0, 263.0, 332.0)).unwrap();
+    for axes in [Axes::View, Axes::Middle] {
+        let [a, b] = [-0.06257557633481899, -0.06257557633481897].map(|y| {
+            let light = Light::directional(dvec3(-0.46130839291981424, y, 0.4081469225833118)).unwrap();
+            let fit = Fit::new(&view, &light, &casters, &seen);
+            let fit = Fit { map_size: [512, 2048], viewport: [1080, 1920], axes, ..fit };
+            let warp = fit.solve(Rule::OPTIMAL).unwrap().warp();
+            (warp.ratio(), fit.errors(warp).unwrap())
+        });
+        assert_relative_eq!(a.0, b.0, max_relative = 1e-6);
+        assert_relative_eq!(a.1.along, b.1.along, max_relative = 1e-6);
     }
 }
 
@@ -276,6 +305,34 @@ fn a_mirror_cuts_what_is_seen() {
                 fit.worst_texel(&map) < fit.worst_texel(&fit.solve(Rule::Uniform).unwrap()) * (1.0 + 1e-9)
                     || rule == Rule::PSM
             );
+        }
+    }
+}
+
+/// The cone of a lamp that opens almost all round: what lies at its rim has places of up to 1e9, known to as many roundings.
+#[test]
+#[expect(clippy::excessive_precision, reason = "found by chance")]
+fn lamps_that_open_all_round_have_finite_maps() {
+    let ahead = |eye| View::perspective(eye, DVec3::Z, DVec3::Y, 1.0, 1.5, 1.0..f64::INFINITY).unwrap();
+    let at_eye = Light::spot(DVec3::ZERO, DVec3::Z, 1.570_796_3, 1e-5, 1e9).unwrap();
+    let place = dvec3(1.7519740813189404, -1.76, 0.9841858404523249);
+    let beside = Light::spot(place, dvec3(1.9997, 0.00041938, -1.0001), 1.570_796_3, 1.91e-5, 1e9).unwrap();
+    let low = dvec3(1.7519740813189404, -3.0, 0.9841858404523249);
+    let cases = [
+        (ahead(DVec3::ZERO), at_eye, [dvec3(0.0, -2.0, 0.0), dvec3(4.0, -1.0, 2.0)], dvec3(0.0, 0.0, 1e4)),
+        (ahead(dvec3(1.75, -3.0, 1.0)), beside, [low, dvec3(low.x, -0.76, low.z)], dvec3(3.0, -3.0, -0.11)),
+    ];
+    for (view, light, [low, high], origin) in cases {
+        let bounds = Bounds::new(low, high).unwrap();
+        let seen = [Body::from_box(&bounds, origin).unwrap()];
+        let fit = Fit { near_depth: NearDepth::Receivers, ..Fit::new(&view, &light, &bounds, &seen) };
+        let strongest = Rule::Explicit(Warp::new(1e8).unwrap());
+        let objectives =
+            [Objective::Along, Objective::Across, Objective::Larger, Objective::Product].map(Rule::Optimal);
+        for rule in objectives.into_iter().chain([strongest, Rule::TSM, Rule::OnAxis, Rule::Uniform]) {
+            let map = fit.solve(rule).unwrap();
+            let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
+            assert!(matrix.is_finite() && fit.worst_texel(&map).is_finite(), "{rule:?}: {map:?}");
         }
     }
 }

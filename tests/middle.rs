@@ -1,5 +1,6 @@
 //! The middle of the receivers, which [`Axes::Middle`] follows: volume counts, then area, length and number.
 #![expect(clippy::unwrap_used, reason = "a scene that cannot be built is a broken test")]
+#![expect(clippy::disallowed_methods, reason = "tests may call what the library must not")]
 
 mod random;
 
@@ -78,8 +79,9 @@ fn the_middle_is_continuous_as_a_body_flattens() {
         }
         let direction = |body: Body| space_of(&[body], &light, Axes::Middle).z;
         let mut last = direction(flattened(1e-2));
+        let mut thickness = 2e-2;
         for step in 0..64 {
-            let thickness = 1e-2 * 0.5_f64.powi(step);
+            thickness *= 0.5;
             let next = direction(flattened(thickness));
             // Thinner by half: the middle moves by some of what the box lost, up to 55 long and 5 away.
             worst.note((next - last).length(), 3.0 * thickness + 1e-6, (first, count, low, step));
@@ -88,6 +90,30 @@ fn the_middle_is_continuous_as_a_body_flattens() {
         worst.note((direction(limit) - last).length(), 1e-6, (first, count, low));
     });
     worst.finish();
+}
+
+/// Flat tiles of different sizes count by their area, and the middle does not jump as a tile gains or loses a vertex.
+#[test]
+fn flat_bodies_count_by_their_area() {
+    let tile = |[x0, x1, z0, z1]: [f64; 4]| Bounds::new(dvec3(x0, 0.0, z0), dvec3(x1, 0.0, z1)).unwrap();
+    let view = |forward| View::perspective(5.0 * DVec3::Y, forward, DVec3::Y, 1.2, 1.5, 0.5..300.0).unwrap();
+    let all = Bounds::new(DVec3::splat(-300.0), DVec3::splat(300.0)).unwrap();
+    let along = |forward: DVec3, tiles: [Bounds; 2], to_light: DVec3| {
+        let (view, light) = (view(forward), Light::directional(to_light).unwrap());
+        let seen = tiles.map(|tile| Body::visible(&view, &tile));
+        let fit = Fit { axes: Axes::Middle, ..Fit::new(&view, &light, &all, &seen) };
+        fit.solve(Rule::Uniform).unwrap().light_space().z
+    };
+    let tiles = [tile([-11.0, -9.0, 19.0, 21.0]), tile([6.0, 14.0, 16.0, 24.0])];
+    // 4 and 64 square units.
+    let middle = (4.0 * dvec3(-10.0, -5.0, 20.0) + 64.0 * dvec3(10.0, -5.0, 20.0)) / 68.0;
+    let found = along(dvec3(0.0, -0.2, 1.0), tiles, DVec3::Y);
+    assert!((found - across(middle, DVec3::Y)).length() < 1e-7, "{found}");
+
+    let tiles = [tile([-14.0, 43.0, 5.5, 10.5]), tile([-36.0, 7.5, 14.0, 72.0])];
+    let [before, after] = [0.761_546_177, 0.761_546_178]
+        .map(|a: f64| along(dvec3(a.sin(), -0.468, a.cos()), tiles, dvec3(0.8, 0.2, 1.0)));
+    assert!((after - before).length() < 1e-6, "{before} {after}");
 }
 
 /// The mean of the vertices follows where they are many, by its name alone.

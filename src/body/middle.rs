@@ -14,31 +14,34 @@ const LESSER: f64 = 1.0 / (1 << 26) as f64;
 pub(crate) struct Middle {
     /// The unit of length: its fourth power must not overflow, as those of world units may.
     unit: f64,
+    /// The greatest extent of any of the bodies, in units.
+    size: f64,
     weight: f64,
     sum: DVec3,
 }
 
 impl Middle {
-    /// Nothing yet. The greatest distance from the point is a good unit.
-    pub(crate) fn new(unit: f64) -> Self {
-        Self { unit, weight: 0.0, sum: DVec3::ZERO }
+    /// Nothing yet. The greatest distance from the point is a good unit. `extent`: the greatest extent of any of the bodies
+    /// along an axis of the world.
+    pub(crate) fn new(unit: f64, extent: f64) -> Self {
+        Self { unit, size: extent / unit, weight: 0.0, sum: DVec3::ZERO }
     }
 
     /// Takes in a body whose origin is at `shift` from the point.
     ///
     /// ```text
-    /// weight = V + e s A + (e s)^2 L + (e s)^3 N         s: the body's size, e = 2^-26
+    /// weight = V + e s A + (e s)^2 L + (e s)^3           s: the greatest extent of any body, e = 2^-26
     /// ```
-    /// So this is the volume's centroid to 1e-7 of the size where there is a volume, the surface's where the body is flat,
-    /// that of the edges where it is a line; and continuous on the way from one to the other.
+    /// So this is the volume's centroid to some 1e-7 of the size where there is a volume, the surface's where all bodies are
+    /// flat, that of the edges where all are lines; and continuous on the way from one to the other. (The last term's is the
+    /// mean of the vertices, which jumps as vertices come and go: by 1e-23 of the size where there is a volume.)
     pub(crate) fn include<const V: usize, const F: usize>(&mut self, body: &ConvexBody<V, F>, shift: DVec3) {
         let points = body.vertices();
         let count = points.len() as f64;
         // Any point within would do.
         let apex = points.iter().sum::<DVec3>() / max(count, 1.0);
         let place = |p: DVec3| (p - apex) / self.unit;
-        let size = sqrt(points.iter().fold(0.0, |size, p| max(place(*p).length_squared(), size)));
-        let less = LESSER * size;
+        let less = LESSER * self.size;
         let (mut weight, mut sum) = (0.0, DVec3::ZERO);
         // Relative to the apex, in units.
         let mut add = |share: f64, middle: DVec3| {
@@ -58,7 +61,7 @@ impl Middle {
             add(less * less * sqrt((b - a).length_squared()), 0.5 * (a + b));
         }
         // The apex is the vertices' mean.
-        add(less * less * less * count, DVec3::ZERO);
+        add(less * less * less, DVec3::ZERO);
         self.weight += weight;
         self.sum += sum + weight * ((apex + shift) / self.unit);
     }

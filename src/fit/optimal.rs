@@ -23,6 +23,8 @@ pub(super) struct Points<'a, const SPOT: bool, const V: usize, const F: usize> {
     eye_depth: f64,
     /// Pixels per unit at a depth of one, over the texels: along the warp, times the extent; and across.
     scale: [f64; 2],
+    /// The unit of distances along a spot light's axis: the product of several of them must not overflow.
+    unit: f64,
     chosen: Option<Extent>,
 }
 
@@ -39,6 +41,7 @@ impl<'a, const SPOT: bool, const V: usize, const F: usize> Points<'a, SPOT, V, F
             centre: prepared.centre,
             eye_depth: fit.view.forward().dot(frame.to_eye()),
             scale: [pixels * along.size() / texels[1], pixels / texels[0]],
+            unit: if SPOT { prepared.measures.base.high } else { 1.0 },
             chosen: frame.chosen_depths(&prepared.measures),
         }
     }
@@ -49,12 +52,13 @@ impl<'a, const SPOT: bool, const V: usize, const F: usize> Points<'a, SPOT, V, F
         let view = self.frame.fit.view;
         let per_depth = if view.is_perspective() { 1.0 / max(depth - self.eye_depth, view.near()) } else { 1.0 };
         let t = min(max((along - self.start) * self.per_extent, 0.0), 1.0);
+        let share = if SPOT { base / self.unit } else { base };
         Point {
-            start: base * (1.0 - t),
-            end: base * t,
-            x: base * (across - self.centre),
-            along: self.scale[0] * if SPOT { per_depth / base } else { per_depth },
-            across: self.scale[1] * per_depth,
+            start: share * (1.0 - t),
+            end: share * t,
+            x: share * (across - self.centre),
+            along: self.scale[0] * if SPOT { per_depth * self.unit / share } else { per_depth },
+            across: self.scale[1] * if SPOT { per_depth * self.unit } else { per_depth },
         }
     }
 

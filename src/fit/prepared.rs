@@ -53,9 +53,12 @@ impl<const SPOT: bool> Prepared<SPOT> {
     pub(super) fn most<const V: usize, const F: usize>(&self, frame: &Frame<V, F>) -> f64 {
         let d = self.along.size();
         if let Some(spot) = frame.spot {
+            let Measures { across, along, base, .. } = &self.measures;
             // The casters of a spot light come as close to it as its near plane.
-            let nearest = min(spot.near(), self.measures.base.low);
-            return d * MOST_STEEP / max(self.distance * (self.measures.base.low / nearest), d);
+            let nearest = min(spot.near(), base.low);
+            // A place is a quotient by `base`, whose rounding counts as much as the place itself.
+            let wide = 1.0 + max(across.reach(), along.reach());
+            return d * MOST_STEEP / max(self.distance * wide * (base.low / nearest), d);
         }
         d * MOST_STEEP / max(self.distance, d)
     }

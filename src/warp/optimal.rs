@@ -25,7 +25,8 @@ use crate::math::{max, min, sqrt};
 pub enum Objective {
     /// The error along the warp. Continuous in camera and light where the axes are.
     Along,
-    /// The error across the warp. Where its valley is flat, to 1e-9, the error along decides. It can jump.
+    /// The error across the warp. Where its valley is flat (to 5e-10, for a thousandth of the ratio and more), the error along
+    /// decides. It can jump.
     Across,
     /// The larger of both, which is what [`Fit::worst_texel`](crate::Fit::worst_texel) tells. The default. Where the error
     /// across decides, it can change as fast as that one does. On axes fixed by the light the finished map may be no better
@@ -404,7 +405,8 @@ pub(crate) fn on_flat_ground(
     if !valley.may_be_flat(most) {
         return valley.ratio;
     }
-    let limit = valley.least * (1.0 + TIE);
+    // Half of a tie, so that what is compared with the result later is not in doubt by rounding.
+    let limit = valley.least * (1.0 + 0.5 * TIE);
     let is_good = |ratio: f64| primary.of(&errors(ratio)) <= limit;
     let best_along = along();
     // Where the error along is all the same, the weaker warp.
