@@ -281,8 +281,16 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 
     /// Copies a body into one with other capacity, about the same origin. The caller sees to it that it fits.
     fn resized<const V2: usize, const F2: usize>(&self) -> ConvexBody<V2, F2> {
-        let mut copy = ConvexBody::between(DVec3::ZERO, DVec3::ZERO, self.origin);
-        (copy.size, copy.len, copy.planes_len) = (self.size, self.len.min(V2), self.planes_len.min(F2));
+        let mut copy = ConvexBody {
+            origin: self.origin,
+            size: self.size,
+            len: self.len.min(V2),
+            planes_len: self.planes_len.min(F2),
+            points: [DVec3::ZERO; V2],
+            next: [[0; 4]; V2],
+            left: [[0; 4]; V2],
+            planes: [Plane::UNUSED; F2],
+        };
         copy.points[..copy.len].copy_from_slice(&self.points[..copy.len]);
         copy.next[..copy.len].copy_from_slice(&self.next[..copy.len]);
         copy.left[..copy.len].copy_from_slice(&self.left[..copy.len]);

@@ -11,7 +11,7 @@ use glam::{DVec3, DVec4};
 
 use self::extent::{Extent, at, least_size, row};
 use self::frame::Frame;
-use crate::aliasing;
+use crate::aliasing::{self, Worst};
 use crate::basis::{Axes, LightSpace};
 use crate::body::{ConvexBody, LitBody, Middle};
 use crate::error::{Error, require, require_position};
@@ -139,12 +139,15 @@ impl<'a, const V: usize, const F: usize> Fit<'a, V, F> {
     /// its parts along the map's two axes, without shear. See [`aliasing::worst`].
     #[must_use]
     pub fn worst_texel(&self, map: &ShadowMap) -> f64 {
-        match self.light {
-            Light::Spot(_) => self.lit_receivers().fold(0.0, |worst, lit| {
-                max(aliasing::worst(map, self.view, self.viewport, core::slice::from_ref(&lit)), worst)
-            }),
-            _ => aliasing::worst(map, self.view, self.viewport, self.receivers),
-        }
+        let Light::Spot(_) = self.light else {
+            return aliasing::worst(map, self.view, self.viewport, self.receivers);
+        };
+        let mut worst = Worst::of([map.texels_at(map.origin())], self.view, map.origin());
+        self.each_lit(|origin, vertices| {
+            vertices.iter().for_each(|vertex| worst.include(*vertex + (origin - map.origin())));
+        });
+        let [[a, b]] = worst.pixels(self.viewport);
+        max(a, b)
     }
 
     /// Returns the receivers, each cut to what the light shines on: see [`Body::lit_by`]. Nothing for a point light, whose
@@ -152,6 +155,14 @@ impl<'a, const V: usize, const F: usize> Fit<'a, V, F> {
     pub fn lit_receivers(&self) -> impl Iterator<Item = LitBody> + '_ {
         let space = self.light_space().ok();
         self.receivers.iter().filter_map(move |body| Some(body.lit_by(self.light, space.as_ref()?)))
+    }
+
+    /// Calls `f` with the origin and the vertices of each of [`Fit::lit_receivers`].
+    pub(crate) fn each_lit(&self, mut f: impl FnMut(DVec3, &[DVec3])) {
+        let Ok(space) = self.light_space() else { return };
+        for body in self.receivers {
+            body.with_lit(self.light, &space, |vertices| f(body.origin(), vertices));
+        }
     }
 
     /// Returns the affine row that gives linear depth, for engines that write depth in the fragment stage: its

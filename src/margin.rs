@@ -126,11 +126,11 @@ impl<const V: usize, const F: usize> Fit<'_, V, F> {
         };
         if let Light::Spot(spot) = self.light {
             let mut distance = 0.0;
-            for lit in self.lit_receivers() {
-                include(lit.origin(), lit.vertices());
-                let far = |q: &DVec3| (*q + (lit.origin() - spot.position())).abs().max_element();
-                distance = lit.vertices().iter().map(far).fold(distance, max);
-            }
+            self.each_lit(|origin, vertices| {
+                include(origin, vertices);
+                let far = |q: &DVec3| (*q + (origin - spot.position())).abs().max_element();
+                distance = vertices.iter().map(far).fold(distance, max);
+            });
             // Its casters are not above one another; they are in what the map shows.
             if casters && self.near_depth == NearDepth::Casters {
                 if let Some(casters) = self.casters.within(spot.position(), distance) {

@@ -129,6 +129,7 @@ struct Rectangle {
 }
 
 impl Rectangle {
+    #[inline(always)]
     fn of<const SPOT: bool, const V: usize, const F: usize>(frame: &Frame<V, F>) -> Self {
         let axes = frame.space.fixed_axes();
         let place = frame.light.truncate() * frame.light.w;
@@ -139,6 +140,7 @@ impl Rectangle {
 
 /// A step along a texture axis goes partly across the warp and partly along it; less along where `w` is more at the point
 /// that the warp projects about.
+#[inline(always)]
 fn askew<const V: usize, const F: usize>(frame: &Frame<V, F>, axis: DVec3, w_middle: f64) -> DVec2 {
     DVec2::new(axis.dot(frame.space.x).abs(), axis.dot(frame.space.z).abs() / w_middle)
 }

@@ -101,7 +101,7 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
         for body in self.fit.receivers {
             let shift = body.origin() - self.origin;
             if SPOT {
-                f(body.lit_by(self.fit.light, &self.space).vertices(), shift);
+                body.with_lit(self.fit.light, &self.space, |vertices| f(vertices, shift));
             } else {
                 f(body.vertices(), shift);
             }
@@ -231,9 +231,10 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
         let wanted = self.fit.warp_depths?;
         let [low, high] = wanted.map(|depth| measures.depth.clamp(depth));
         let chosen = Extent { low, high };
-        let mut is_empty = true;
-        // Between two bodies there is nothing.
-        if low < high {
+        // Between two bodies there may be nothing.
+        let mut is_empty = !(low < high);
+        if !is_empty && self.fit.receivers.len() > 1 {
+            is_empty = true;
             self.each_between(chosen, |_| is_empty = false);
         }
         (!is_empty).then_some(chosen)
@@ -289,9 +290,11 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
                 (height, per_w)
             };
             if SPOT {
-                for vertex in body.lit_by(self.fit.light, &self.space).vertices() {
-                    include(*vertex + shift);
-                }
+                body.with_lit(self.fit.light, &self.space, |vertices| {
+                    vertices.iter().for_each(|vertex| {
+                        include(*vertex + shift);
+                    });
+                });
                 continue;
             }
             let mut reach = Reach::above(body, to_light, casters.unwrap_or(self.fit.casters), self.origin, [height, w]);
