@@ -27,20 +27,21 @@ use crate::view::View;
 
 /// A bounded convex polyhedron with at most `V` vertices and `F` faces, or nothing.
 ///
-/// Vertices and planes are relative to [`ConvexBody::origin`], a point close by in world space, so that a body keeps
-/// its accuracy wherever it lies in the world.
+/// Vertices and planes are relative to [`ConvexBody::origin`], a point close by in world space, so
+/// that a body keeps its accuracy wherever it lies in the world.
 ///
 /// # Representation
-/// A *simple* polytope: every vertex lies on exactly three faces and has three neighbours. Where more than three planes
-/// meet in a point, several vertices share the position. A cut keeps a simple polytope simple as long as the kept
-/// and the removed vertices each hang together; signs spoiled by rounding are mended so that they do. So the body is
-/// always closed and `V - E + F = 2`, whatever the numbers. (Lists of polygons, clipped one by one, break at
-/// planes through vertices and edges.)
+/// A *simple* polytope: every vertex lies on exactly three faces and has three neighbours. Where
+/// more than three planes meet in a point, several vertices share the position. A cut keeps a
+/// simple polytope simple as long as the kept and the removed vertices each hang together; signs
+/// spoiled by rounding are mended so that they do. So the body is always closed and `V - E + F =
+/// 2`, whatever the numbers. (Lists of polygons, clipped one by one, break at planes through
+/// vertices and edges.)
 ///
 /// # Capacity
-/// A simple polytope with `f` faces has `2f - 4` vertices and `3f - 6` edges (Euler, with `3v = 2e`). A cut adds one
-/// face, and its new vertices go where removed ones were, so a body that starts as a box and is cut by `k` planes
-/// never has more than `2(6 + k) - 4` vertices.
+/// A simple polytope with `f` faces has `2f - 4` vertices and `3f - 6` edges (Euler, with `3v =
+/// 2e`). A cut adds one face, and its new vertices go where removed ones were, so a body that
+/// starts as a box and is cut by `k` planes never has more than `2(6 + k) - 4` vertices.
 ///
 /// | body | planes | `F` | `V` |
 /// |---|---|---|---|
@@ -52,8 +53,9 @@ use crate::view::View;
 /// | all that may come | those of a lit body, 9 of what a box of casters can shadow, 2 of a slab of depths | 41 | 78 |
 /// | casters of that | `3F` | 123 | 242 |
 ///
-/// A set of faces is one word of 64 bits up to `F = 64`, which bounds a body whose casters are wanted to `F <= 21`; and two
-/// words up to `F = 128`, enough for the last row. Vertices are numbered in a byte: `V <= 255`.
+/// A set of faces is one word of 64 bits up to `F = 64`, which bounds a body whose casters are
+/// wanted to `F <= 21`; and two words up to `F = 128`, enough for the last row. Vertices are
+/// numbered in a byte: `V <= 255`.
 #[derive(Clone, Copy, Debug)]
 pub struct ConvexBody<const V: usize, const F: usize> {
     origin: DVec3,
@@ -62,9 +64,10 @@ pub struct ConvexBody<const V: usize, const F: usize> {
     len: usize,
     planes_len: usize,
     points: [DVec3; V],
-    /// Half-edges: the three at vertex `v`, on their way out, counter-clockwise seen from outside, have the numbers
-    /// `4 v` to `4 v + 2`. Here stands the number of the half-edge that follows along the face to the left. It starts
-    /// where this one ends; counter-clockwise after it comes this one's twin, the way back.
+    /// Half-edges: the three at vertex `v`, on their way out, counter-clockwise seen from outside,
+    /// have the numbers `4 v` to `4 v + 2`. Here stands the number of the half-edge that follows
+    /// along the face to the left. It starts where this one ends; counter-clockwise after it comes
+    /// this one's twin, the way back.
     next: [[u16; 4]; V],
     /// The face to the left: between this half-edge and the next one counter-clockwise.
     left: [[u8; 4]; V],
@@ -74,8 +77,8 @@ pub struct ConvexBody<const V: usize, const F: usize> {
 /// A box cut by the six planes of a view: at most 12 faces, 20 vertices, 30 edges.
 pub type Body = ConvexBody<20, 12>;
 
-/// A [`Body`] with room for eight more planes, the engine's own: a mirror, a portal, a zone. At most 20 faces, 36 vertices,
-/// 54 edges.
+/// A [`Body`] with room for eight more planes, the engine's own: a mirror, a portal, a zone. At
+/// most 20 faces, 36 vertices, 54 edges.
 ///
 /// ```
 /// use shadow_warp::{Bounds, Plane, View, WideBody, glam::DVec3};
@@ -89,14 +92,15 @@ pub type Body = ConvexBody<20, 12>;
 /// ```
 pub type WideBody = ConvexBody<36, 20>;
 
-/// No more than these shares of a perspective camera's near distance count as on a plane. Its near and far plane may be one to
-/// the rounding of the box: then 10 bits of the distance are left. Its sides are not nearly parallel.
+/// No more than these shares of a perspective camera's near distance count as on a plane. Its near
+/// and far plane may be one to the rounding of the box: then 10 bits of the distance are left. Its
+/// sides are not nearly parallel.
 const NEAR_SLACK: f64 = 1.0 / 1024.0;
 const SIDE_SLACK: f64 = 1.0 / (1_u64 << 43) as f64;
 
 /// `next` and `left` of a box. Bit `a` of a vertex's number says whether it lies at the greater end
-/// of axis `a`; face `2 a + bit` likewise. Vertices with an odd number of bits see their edges along x, y, z
-/// counter-clockwise; the others x, z, y.
+/// of axis `a`; face `2 a + bit` likewise. Vertices with an odd number of bits see their edges
+/// along x, y, z counter-clockwise; the others x, z, y.
 const BOX: ([[u16; 4]; 8], [[u8; 4]; 8]) = {
     let (mut next, mut left) = ([[0; 4]; 8], [[0; 4]; 8]);
     let mut v = 0;
@@ -171,11 +175,12 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         body
     }
 
-    /// Returns what a camera can see of a box: the box cut by the view volume. May be empty. As a [`Body`], or as a
-    /// [`WideBody`] with room for planes of the engine's own.
+    /// Returns what a camera can see of a box: the box cut by the view volume. May be empty. As a
+    /// [`Body`], or as a [`WideBody`] with room for planes of the engine's own.
     ///
-    /// The origin is the point of the box closest to the eye: the eye itself where it is inside. The view's planes go
-    /// through it then without rounding, and a small box far away keeps its own accuracy.
+    /// The origin is the point of the box closest to the eye: the eye itself where it is inside.
+    /// The view's planes go through it then without rounding, and a small box far away keeps its
+    /// own accuracy.
     ///
     /// ```
     /// use shadow_warp::{Body, Bounds, View, glam::DVec3};
@@ -190,7 +195,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         let () = Self::ROOM_FOR_A_VIEW;
         let origin = view.eye().clamp(bounds.min(), bounds.max());
         let to_eye = view.eye() - origin;
-        // No more of the box than the view can reach, so that a box without measure leaves the numbers their digits.
+        // No more of the box than the view can reach, so that a box without measure leaves the
+        // numbers their digits.
         let reach = DVec3::splat(view.reach());
         let low = (bounds.min() - origin).max(to_eye - reach);
         let high = (bounds.max() - origin).min(to_eye + reach);
@@ -203,7 +209,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             // The sides of a perspective camera pass through the eye.
             let slack = if plane.offset().abs() > 0.0 { of_ends } else { of_sides };
             let plane = plane.relative_to(-to_eye);
-            // The corner of the box that is furthest along the normal tells most planes apart without a cut.
+            // The corner of the box that is furthest along the normal tells most planes apart
+            // without a cut.
             let furthest = (plane.normal() * low).max(plane.normal() * high).element_sum();
             if furthest > plane.offset() {
                 // A box cut by six planes has room: 20 vertices, 12 faces.
@@ -251,7 +258,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         !self.is_empty() && self.bounding_planes().iter().all(|plane| plane.distance(point) <= 0.0)
     }
 
-    /// Returns the least and greatest `direction . p` over the body: its bounds along an axis. `None` if empty.
+    /// Returns the least and greatest `direction . p` over the body: its bounds along an axis.
+    /// `None` if empty.
     #[must_use]
     pub fn bounds_along(&self, direction: DVec3) -> Option<[f64; 2]> {
         let along = |p: &DVec3| direction.dot(*p);
@@ -279,7 +287,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         max(six_volumes.sum::<f64>() / 6.0, 0.0)
     }
 
-    /// Copies a body into one with other capacity, about the same origin. The caller sees to it that it fits.
+    /// Copies a body into one with other capacity, about the same origin. The caller sees to it
+    /// that it fits.
     fn resized<const V2: usize, const F2: usize>(&self) -> ConvexBody<V2, F2> {
         let mut copy = ConvexBody {
             origin: self.origin,
@@ -318,8 +327,9 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         usize::from(self.left.as_flattened()[half])
     }
 
-    /// All planes that the body was cut by and that are still stored: first those of the box it was made from, which
-    /// are never replaced. Some may have no face any more; each of them holds for the whole body.
+    /// All planes that the body was cut by and that are still stored: first those of the box it was
+    /// made from, which are never replaced. Some may have no face any more; each of them holds for
+    /// the whole body.
     fn bounding_planes(&self) -> &[Plane] {
         &self.planes[..self.planes_len]
     }

@@ -5,7 +5,8 @@ use glam::DVec3;
 use crate::error::{Error, require_direction, require_position};
 use crate::math::sqrt;
 
-/// A half-space by its border: the points `p` with `normal . p <= offset`. The normal is unit and points outward.
+/// A half-space by its border: the points `p` with `normal . p <= offset`. The normal is unit and
+/// points outward.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Plane {
     normal: DVec3,
@@ -13,10 +14,12 @@ pub struct Plane {
 }
 
 impl Plane {
-    /// Returns the half-space behind a plane through `point` that faces along `normal`, which need not be unit.
+    /// Returns the half-space behind a plane through `point` that faces along `normal`, which need
+    /// not be unit.
     ///
     /// # Errors
-    /// [`Error::Invalid`] unless `point` is finite and `normal` a direction with a length between 1e-100 and 1e100.
+    /// [`Error::Invalid`] unless `point` is finite and `normal` a direction with a length between
+    /// 1e-100 and 1e100.
     pub fn new(normal: DVec3, point: DVec3) -> Result<Self, Error> {
         require_position(point, "point")?;
         let normal = require_direction(normal, "normal")?;

@@ -15,7 +15,8 @@ impl Bounds {
     /// Returns the box between two corners.
     ///
     /// # Errors
-    /// [`Error::Invalid`] unless both corners are finite, with coordinates of at most 1e100, and `min <= max`.
+    /// [`Error::Invalid`] unless both corners are finite, with coordinates of at most 1e100, and
+    /// `min <= max`.
     pub fn new(min: DVec3, max: DVec3) -> Result<Self, Error> {
         require_position(min, "min")?;
         require_position(max, "max")?;
@@ -23,7 +24,8 @@ impl Bounds {
         Ok(Self { min, max })
     }
 
-    /// The part of the box that is no further from a point than this, along any axis; `None` if there is none.
+    /// The part of the box that is no further from a point than this, along any axis; `None` if
+    /// there is none.
     pub(crate) fn within(&self, centre: DVec3, reach: f64) -> Option<Self> {
         Self::new(self.min.max(centre - reach), self.max.min(centre + reach)).ok()
     }

@@ -21,7 +21,8 @@ fn depth(map: &ShadowMap, p: DVec3) -> f64 {
     q.z / q.w
 }
 
-/// A flat body cut three times through one edge: two of its vertices were left 0.08 beyond the last plane.
+/// A flat body cut three times through one edge: two of its vertices were left 0.08 beyond the last
+/// plane.
 #[test]
 fn a_flat_body_with_three_planes_through_an_edge_is_cut_clean() {
     #[rustfmt::skip]
@@ -59,8 +60,9 @@ fn a_plane_along_a_flat_body_takes_none_of_it() {
     });
 }
 
-/// Light that slides along a side of the casters' box, and receivers on that side: a wall that stands there shadows them.
-/// By the last bit the ray left the box anywhere between the receivers and the top.
+/// Light that slides along a side of the casters' box, and receivers on that side: a wall that
+/// stands there shadows them. By the last bit the ray left the box anywhere between the receivers
+/// and the top.
 #[test]
 fn a_wall_on_the_side_of_the_box_is_a_caster() {
     let casters = Bounds::new(DVec3::ZERO, dvec3(1.0, 2.0, 1.0)).unwrap();
@@ -136,8 +138,9 @@ fn casters_without_end_have_finite_depths() {
     }
 }
 
-/// Views that are one or a few units in the last place deep, in any place and direction: their corners are receivers, and
-/// in the map. The body of such a view was cut away whole, or lost corners.
+/// Views that are one or a few units in the last place deep, in any place and direction: their
+/// corners are receivers, and in the map. The body of such a view was cut away whole, or lost
+/// corners.
 #[test]
 fn views_one_ulp_deep_lose_nothing() {
     let strategy = (

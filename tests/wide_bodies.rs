@@ -1,4 +1,5 @@
-//! Bodies with room for planes of the engine's own: capacities at their bound, and cuts that always find room.
+//! Bodies with room for planes of the engine's own: capacities at their bound, and cuts that always
+//! find room.
 #![expect(clippy::unwrap_used, reason = "input that is not valid must stop the test")]
 
 mod oracle;
@@ -147,7 +148,8 @@ fn cameras() -> impl Strategy<Value = (View, Bounds)> {
     )
 }
 
-/// 100,000 planes: eight after another on what a camera sees. Each leaves a closed body with nothing beyond it.
+/// 100,000 planes: eight after another on what a camera sees. Each leaves a closed body with
+/// nothing beyond it.
 #[test]
 fn eight_planes_after_a_view_always_have_room() {
     let (mut ratchet, mut growth) = (Ratchet::new("beyond a plane"), Ratchet::new("growth of the volume"));

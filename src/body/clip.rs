@@ -7,22 +7,33 @@ use crate::error::Error;
 use crate::math::{max, min};
 use crate::plane::Plane;
 
-/// What is lost when a position is computed, relative to the greatest coordinate: the rounding of its coordinates, and of the
-/// distances that it was cut by. Vertices were found to be off by up to 2.5 times 2^-52.
+/// What is lost when a position is computed, relative to the greatest coordinate: the rounding of
+/// its coordinates, and of the distances that it was cut by. Vertices were found to be off by up to
+/// 2.5 times 2^-52.
 pub(super) const SLACK: f64 = 4.0 * f64::EPSILON;
 
 /// Marks a half-edge that leads to a new vertex, whose number stands in the other bits.
 const NEW: usize = 1 << 15;
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
-    /// Cuts away what lies beyond a plane, given relative to [`ConvexBody::origin`]. Points on the plane are inside.
+    /// Cuts away what lies beyond a plane, given relative to [`ConvexBody::origin`]. Points on the
+    /// plane are inside.
     ///
-    /// The result is closed and convex, or empty; a body that only touches the plane from outside is left flat. A new
-    /// vertex lies on its edge, at the point that divides the distances of its ends: `a/(a + b)` from the one that is
-    /// nearer to the plane, with both distances positive, so nothing cancels.
+    /// On the plane means beyond it by at most 2^-50 of the greatest coordinate of the box that the
+    /// body was made from. So a plane along a flat body takes none of it by rounding, and two
+    /// planes that are one to rounding leave what lies between them.
+    ///
+    /// The result is closed and convex, or empty; a body that only touches the plane from outside is
+    /// left flat. A new vertex lies on its edge, at the point that divides the distances of its
+    /// ends: `a/(a + b)` from the one that is nearer to the plane, with both distances positive, so
+    /// nothing cancels.
+    ///
+    /// Accuracy: whatever cuts came before, no vertex is beyond a plane by more than 2^-49 of that
+    /// coordinate. Half of this is what counts as on the plane.
     ///
     /// # Errors
-    /// [`Error::BodyFull`] if there is no room for the new face or vertices; the body is then unchanged.
+    /// [`Error::BodyFull`] if there is no room for the new face or vertices; the body is then
+    /// unchanged.
     pub fn cut(&mut self, plane: &Plane) -> Result<(), Error> {
         self.cut_with(plane, &mut Scratch::new())
     }
@@ -71,10 +82,11 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         Ok(())
     }
 
-    /// Puts vertices that are beyond a plane by no more than rounding on it. Returns how many are left beyond.
+    /// Puts vertices that are beyond a plane by no more than rounding on it. Returns how many are
+    /// left beyond.
     ///
-    /// Otherwise a plane along a flat body takes as much of it away as the last bits like; and one along a face leaves new
-    /// vertices anywhere on it.
+    /// Otherwise a plane along a flat body takes as much of it away as the last bits like; and one
+    /// along a face leaves new vertices anywhere on it.
     #[cold]
     fn forgive(&self, scratch: &mut Scratch<V>, slack: f64) -> usize {
         let Scratch { beyond, removed, .. } = scratch;
@@ -102,8 +114,9 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         (6..F).find(|&face| !used.contains(face)).ok_or(Error::BodyFull)
     }
 
-    /// Cuts along the edges between kept and removed vertices, if they form a single cycle that crosses no face
-    /// twice, and there is room for a new vertex on each. Otherwise leaves the body as it is, and says so.
+    /// Cuts along the edges between kept and removed vertices, if they form a single cycle that
+    /// crosses no face twice, and there is room for a new vertex on each. Otherwise leaves the body
+    /// as it is, and says so.
     #[inline(always)]
     fn try_cut(&mut self, scratch: &mut Scratch<V>, removed_len: usize, new_face: usize) -> bool {
         let Scratch { beyond, removed, cut } = scratch;
@@ -130,8 +143,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             }
         }
 
-        // From each cut edge follow the face to its right, along the kept side, to the cut edge where that face ends;
-        // and on from there, until the cycle closes.
+        // From each cut edge follow the face to its right, along the kept side, to the cut edge
+        // where that face ends; and on from there, until the cycle closes.
         let (mut i, mut crossed, mut twice, mut steps) = (0, FaceSet::<F>::NONE, false, 0);
         loop {
             let mut half = usize::from(cut[i].start);
@@ -152,8 +165,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
             return self.undo(removed);
         }
 
-        // The half-edges of a new vertex, counter-clockwise: back to the kept end, on to the next new vertex, and to
-        // the one before. The new face is on the left of those in the middle.
+        // The half-edges of a new vertex, counter-clockwise: back to the kept end, on to the next
+        // new vertex, and to the one before. The new face is on the left of those in the middle.
         for edge in &cut[..len] {
             let (here, there) = (usize::from(edge.slot), usize::from(cut[usize::from(edge.next)].slot));
             let half = usize::from(edge.half);
@@ -171,7 +184,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         true
     }
 
-    /// Where the edge from a kept to a removed vertex meets the plane, measured from the end that is nearer to it.
+    /// Where the edge from a kept to a removed vertex meets the plane, measured from the end that
+    /// is nearer to it.
     #[inline(always)]
     fn divide(&self, kept: usize, removed: usize, beyond: &[f64; V]) -> DVec3 {
         let (a, b) = (-beyond[kept], beyond[removed]);
@@ -208,12 +222,14 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         }
     }
 
-    /// Mends signs that rounding has spoiled: keeps what hangs together with the deepest vertex, and of the rest
-    /// removes only what hangs together with the outermost one. Returns how many vertices are removed.
+    /// Mends signs that rounding has spoiled: keeps what hangs together with the deepest vertex,
+    /// and of the rest removes only what hangs together with the outermost one. Returns how many
+    /// vertices are removed.
     ///
-    /// Where faces are nearly in one plane, the place of a vertex between them is not known along it, so that vertex may be
-    /// beyond the cut with all of its neighbours inside. Such vertices are kept and, if it is by more than rounding, drawn in along an edge until they are
-    /// inside too: nothing is left beyond the cut, nor comes to be beyond another plane.
+    /// Where faces are nearly in one plane, the place of a vertex between them is not known along
+    /// it, so that vertex may be beyond the cut with all of its neighbours inside. Such vertices
+    /// are kept and, if it is by more than rounding, drawn in along an edge until they are inside
+    /// too: nothing is left beyond the cut, nor comes to be beyond another plane.
     #[cold]
     fn mend(&mut self, scratch: &mut Scratch<V>) -> usize {
         let Scratch { beyond, removed, .. } = scratch;
@@ -234,7 +250,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
                 outside += 1;
             }
         }
-        // What is kept hangs together, so of those outside one has a neighbour inside, until there are none.
+        // What is kept hangs together, so of those outside one has a neighbour inside, until there
+        // are none.
         while outside > 0 {
             for v in (0..self.len).filter(|&v| !gone[v]) {
                 if beyond[v] > 0.0 && self.draw_in(v, beyond) {
@@ -246,8 +263,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         len
     }
 
-    /// Moves a vertex beyond the cut along an edge to where the cut meets it: along the one that leaves the third face
-    /// there the least. `false` if all neighbours are beyond the cut too.
+    /// Moves a vertex beyond the cut along an edge to where the cut meets it: along the one that
+    /// leaves the third face there the least. `false` if all neighbours are beyond the cut too.
     fn draw_in(&mut self, v: usize, beyond: &[f64; V]) -> bool {
         let mut least = f64::INFINITY;
         let mut place = self.points[v];
@@ -285,7 +302,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     }
 }
 
-/// What a cut writes down on its way; kept from cut to cut, for clearing it costs a tenth of the cut.
+/// What a cut writes down on its way; kept from cut to cut, for clearing it costs a tenth of the
+/// cut.
 pub(super) struct Scratch<const V: usize> {
     /// How far each vertex is beyond the plane.
     beyond: [f64; V],

@@ -1,6 +1,7 @@
 //! Sets of faces, by number.
 
-/// A set of the numbers below `F`: one word where that is enough, which the compiler knows, and two up to 128.
+/// A set of the numbers below `F`: one word where that is enough, which the compiler knows, and two
+/// up to 128.
 #[derive(Clone, Copy)]
 pub(super) struct FaceSet<const F: usize> {
     low: u64,

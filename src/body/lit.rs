@@ -10,15 +10,16 @@ use crate::math::sqrt;
 use crate::plane::Plane;
 use crate::scene::Bounds;
 
-/// A [`Body`] or [`WideBody`](super::WideBody) cut by the near plane, the far plane and the eight sides of a spot light: at
-/// most 30 faces, 56 vertices.
+/// A [`Body`] or [`WideBody`](super::WideBody) cut by the near plane, the far plane and the eight
+/// sides of a spot light: at most 30 faces, 56 vertices.
 pub type LitBody = ConvexBody<56, 30>;
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
-    /// Returns the part of this body that a light can shine on, as far as the light's own shape says: all of it at infinity,
-    /// and for a point light; for a spot light what lies in its cone, between near and range. The cone is taken as the
-    /// pyramid of eight sides about it, two of them across each of the axes of light space, which must be that of this light. May
-    /// be empty. For bodies of up to 20 faces.
+    /// Returns the part of this body that a light can shine on, as far as the light's own shape
+    /// says: all of it at infinity, and for a point light; for a spot light what lies in its cone,
+    /// between near and range. The cone is taken as the pyramid of eight sides about it, two of
+    /// them across each of the axes of light space, which must be that of this light. May be empty.
+    /// For bodies of up to 20 faces.
     #[must_use]
     pub fn lit_by(&self, light: &Light, space: &LightSpace) -> LitBody {
         self.lit_into(light, space)
@@ -49,8 +50,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 }
 
 impl Body {
-    /// The part of a box where some rows, about an origin, are not negative: at most six. Wider by a rounding of the
-    /// coordinates, so that a box without width is not missed.
+    /// The part of a box where some rows, about an origin, are not negative: at most six. Wider by
+    /// a rounding of the coordinates, so that a box without width is not missed.
     pub(crate) fn where_positive(bounds: &Bounds, origin: DVec3, rows: &[DVec4]) -> Self {
         let mut body = Self::box_about(bounds, origin);
         let size = (bounds.min() - origin).abs().max((bounds.max() - origin).abs()).max_element();

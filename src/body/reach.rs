@@ -8,24 +8,26 @@ use crate::math::{max, min};
 use crate::plane::Plane;
 use crate::scene::Bounds;
 
-/// Looks for the greatest `height(c)/w(c)` over all casters `c` of a body, for affine functions given as rows:
-/// `height` grows by one per unit towards the light, `w` is constant in that direction and positive on the body.
-/// Positions are relative to the origin of these rows, from where that of the body is at `shift`.
+/// Looks for the greatest `height(c)/w(c)` over all casters `c` of a body, for affine functions
+/// given as rows: `height` grows by one per unit towards the light, `w` is constant in that
+/// direction and positive on the body. Positions are relative to the origin of these rows, from
+/// where that of the body is at `shift`.
 ///
-/// Above a receiver `q` the casters end where the ray to the light leaves the casters' box, at the first of at
-/// most three planes. So the answer is the maximum over the body of the least of three linear fractions. For each plane
-/// alone the maximum is at a vertex: the least of these three is a bound, and if a vertex attains it, it is the answer.
-/// Otherwise the maximum may be where two planes are left at once, on an edge, or all three: at the corner of the
-/// box, if that lies above the body.
+/// Above a receiver `q` the casters end where the ray to the light leaves the casters' box, at the
+/// first of at most three planes. So the answer is the maximum over the body of the least of three
+/// linear fractions. For each plane alone the maximum is at a vertex: the least of these three is a
+/// bound, and if a vertex attains it, it is the answer. Otherwise the maximum may be where two
+/// planes are left at once, on an edge, or all three: at the corner of the box, if that lies above
+/// the body.
 ///
 /// # Rounding
 /// A caster straight above a receiver to within rounding casts a shadow on it, so it must not be
-/// lost. Take light that is nearly parallel to a side of the box, and a receiver on that side. By the numbers its ray
-/// leaves the box anywhere between here and the top, as the last bit of either likes. So the box is
-/// widened by [`SLACK`] of the receivers' greatest coordinate, and the light turned from each of its sides by as
-/// much in radians: what a point moves by when its coordinates and the light's are rounded. The answer is
-/// never less than the exact one, and greater by at most `2 sqrt(3) SLACK` of lengths where the light is not that
-/// close to a side.
+/// lost. Take light that is nearly parallel to a side of the box, and a receiver on that side. By
+/// the numbers its ray leaves the box anywhere between here and the top, as the last bit of either
+/// likes. So the box is widened by [`SLACK`] of the receivers' greatest coordinate, and the light
+/// turned from each of its sides by as much in radians: what a point moves by when its coordinates
+/// and the light's are rounded. The answer is never less than the exact one, and greater by at most
+/// `2 sqrt(3) SLACK` of lengths where the light is not that close to a side.
 pub(crate) struct Reach<const V: usize = 20> {
     height: DVec4,
     w: DVec4,
@@ -35,25 +37,29 @@ pub(crate) struct Reach<const V: usize = 20> {
     corner: DVec3,
     /// The same of the widened box; [`NEVER`] in directions perpendicular to the light.
     wide_corner: DVec3,
-    /// The reciprocals of the coordinates of the light, turned from the sides; 1 for those that are [`NEVER`] reached.
+    /// The reciprocals of the coordinates of the light, turned from the sides; 1 for those that are
+    /// [`NEVER`] reached.
     per_length: DVec3,
     /// What positions of the body are known to.
     slack: f64,
-    /// The three fractions of each vertex seen, the greatest of each, and the greatest of their least.
+    /// The three fractions of each vertex seen, the greatest of each, and the greatest of their
+    /// least.
     fractions: [[f64; 3]; V],
     bounds: [f64; 3],
     best: f64,
 }
 
-/// Twice what a body may be beyond a plane that cuts it: once for the receivers, once for the casters.
+/// Twice what a body may be beyond a plane that cuts it: once for the receivers, once for the
+/// casters.
 const SLACK: f64 = 2.0 * clip::SLACK;
 
-/// The distance of a plane along the light: further than any other, and finite, so that no difference of two is NaN.
+/// The distance of a plane along the light: further than any other, and finite, so that no
+/// difference of two is NaN.
 const NEVER: f64 = 1e150;
 
-/// A body of up to 20 faces cut by the sweep of a box: at most 3 of its 6 faces look against the sweep, with 6 edges around
-/// them. A face that lies along the sweep takes one plane, and those of its own edges away: so 9 planes, whatever the
-/// direction.
+/// A body of up to 20 faces cut by the sweep of a box: at most 3 of its 6 faces look against the
+/// sweep, with 6 edges around them. A face that lies along the sweep takes one plane, and those of
+/// its own edges away: so 9 planes, whatever the direction.
 type ShadedBody = ConvexBody<54, 29>;
 
 impl<const V: usize> Reach<V> {
@@ -106,7 +112,8 @@ impl<const V: usize> Reach<V> {
         }
     }
 
-    /// Returns the answer for a body inside the casters' box, all of whose vertices have been taken in.
+    /// Returns the answer for a body inside the casters' box, all of whose vertices have been taken
+    /// in.
     #[inline(always)]
     pub(crate) fn of_enclosed<const F: usize>(&self, body: &ConvexBody<V, F>) -> f64 {
         if self.best >= least(self.bounds) { self.best } else { self.beyond_vertices(body) }
@@ -114,8 +121,8 @@ impl<const V: usize> Reach<V> {
 
     fn beyond_vertices<const F: usize>(&self, body: &ConvexBody<V, F>) -> f64 {
         let mut best = self.best;
-        // On an edge, each fraction is between its values at the ends: all three must be better than the best so far
-        // at one of the ends.
+        // On an edge, each fraction is between its values at the ends: all three must be better
+        // than the best so far at one of the ends.
         let mut better = [0_u8; V];
         for (better, fractions) in better.iter_mut().zip(&self.fractions[..body.len]) {
             let better_by = |axis: usize| u8::from(fractions[axis] > best) << axis;
@@ -136,8 +143,9 @@ impl<const V: usize> Reach<V> {
 
     /// The best of the points of an edge from which the ray leaves through two planes at once.
     ///
-    /// Form: all that counts there is a mean of its values at the ends, with positive weights and distances, so that no
-    /// digit is lost however flat the light is to a plane. The point itself, put into the planes, would lose them.
+    /// Form: all that counts there is a mean of its values at the ends, with positive weights and
+    /// distances, so that no digit is lost however flat the light is to a plane. The point itself,
+    /// put into the planes, would lose them.
     #[cold]
     fn best_on_edge(&self, p: DVec3, q: DVec3) -> f64 {
         let mut best = f64::NEG_INFINITY;
@@ -209,7 +217,8 @@ impl<const V: usize> Reach<V> {
 }
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
-    /// Whether the box that the body was cut from lies inside another one. Says no for some bodies that are inside.
+    /// Whether the box that the body was cut from lies inside another one. Says no for some bodies
+    /// that are inside.
     #[inline(always)]
     pub(crate) fn is_inside(&self, bounds: &Bounds) -> bool {
         let (low, high) = (bounds.min() - self.origin, bounds.max() - self.origin);

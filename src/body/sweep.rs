@@ -12,28 +12,31 @@ use crate::scene::Bounds;
 
 /// The casters' box cut by the sweep of a [`Body`] towards the light.
 ///
-/// Capacity: the sweep of a body with `F` faces is bounded by its `b` back faces and one plane for each of the `S` edges
-/// between a back and a front face. Of the three edges at a vertex at most two are between faces of different kinds, so
-/// `S` is at most the number of vertices, `2F - 4`. Where all faces but one are back faces, `S` is the number of that
-/// one's edges, at most `F - 1`. So `b + S <= max(F - 2 + 2F - 4, F - 1 + F - 1) = 3F - 6`, whatever the signs. With the six
-/// planes of the box that makes `3F` faces and `6F - 4` vertices: 36 and 68 for the 12 faces of a [`Body`].
+/// Capacity: the sweep of a body with `F` faces is bounded by its `b` back faces and one plane for
+/// each of the `S` edges between a back and a front face. Of the three edges at a vertex at most
+/// two are between faces of different kinds, so `S` is at most the number of vertices, `2F - 4`.
+/// Where all faces but one are back faces, `S` is the number of that one's edges, at most `F - 1`.
+/// So `b + S <= max(F - 2 + 2F - 4, F - 1 + F - 1) = 3F - 6`, whatever the signs. With the six
+/// planes of the box that makes `3F` faces and `6F - 4` vertices: 36 and 68 for the 12 faces of a
+/// [`Body`].
 pub type CasterBody = ConvexBody<68, 36>;
 
-/// The casters' box cut by the sweep of a [`WideBody`] towards the light: `3F` faces and `6F - 4` vertices, as for a
-/// [`CasterBody`], with `F = 20`.
+/// The casters' box cut by the sweep of a [`WideBody`] towards the light: `3F` faces and `6F - 4`
+/// vertices, as for a [`CasterBody`], with `F = 20`.
 pub type WideCasterBody = ConvexBody<116, 60>;
 
-/// The planes of two faces that meet at a sharper angle than this, in radians, leave fewer than 10 good digits to one
-/// between.
+/// The planes of two faces that meet at a sharper angle than this, in radians, leave fewer than 10
+/// good digits to one between.
 const BLADE: f64 = 1e-6;
 
 impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// The planes that bound the sweep of this body along a unit direction, to infinity.
     ///
-    /// A face that looks against the direction, or lies along it, bounds the sweep too. An edge between a face that looks
-    /// along the direction, `n1 . d > 0`, and one that looks against it, `n2 . d < 0`, gives the plane
-    /// `(n1.d) n2 - (n2.d) n1`: it passes through the edge, along the direction. Where two faces meet like a blade this cancels, and the edge
-    /// itself gives the normal. Either way the plane is then made to be along the direction and moved to touch the
+    /// A face that looks against the direction, or lies along it, bounds the sweep too. An edge
+    /// between a face that looks along the direction, `n1 . d > 0`, and one that looks against it,
+    /// `n2 . d < 0`, gives the plane `(n1.d) n2 - (n2.d) n1`: it passes through the edge, along the
+    /// direction. Where two faces meet like a blade this cancels, and the edge itself gives the
+    /// normal. Either way the plane is then made to be along the direction and moved to touch the
     /// body, so that it contains the sweep whatever rounding has done to the normal.
     pub(super) fn sweep_planes(&self, direction: DVec3) -> impl Iterator<Item = Plane> {
         let back = self.faces().map(|face| face.plane()).filter(move |plane| plane.normal().dot(direction) <= 0.0);
@@ -57,12 +60,13 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
 }
 
 impl Body {
-    /// Returns all that can cast a shadow on this body: what lies between it and the light, in the casters' box.
-    /// Exact; a few times the cost of a fit, which does not need it: for culling and drawing.
+    /// Returns all that can cast a shadow on this body: what lies between it and the light, in the
+    /// casters' box. Exact; a few times the cost of a fit, which does not need it: for culling and
+    /// drawing.
     ///
-    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the body turns no area
-    /// to the light, so that no shadow on it can be seen, or its sweep only touches the box, the result may be flat
-    /// or empty.
+    /// The origin is that of this body. [`ConvexBody::faces`] has the planes to cull by. Where the
+    /// body turns no area to the light, so that no shadow on it can be seen, or its sweep only
+    /// touches the box, the result may be flat or empty.
     ///
     /// ```
     /// # use shadow_warp::{Body, Bounds, Light, View, glam::{DVec3, dvec3}};
@@ -124,7 +128,8 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         }
         for plane in self.sweep_planes(light.to_light()) {
             let plane = Plane::from_unit(plane.normal(), plane.offset() + margin);
-            // Capacity: see `CasterBody`. Every bit counts: a box may be very much larger than what it shadows.
+            // Capacity: see `CasterBody`. Every bit counts: a box may be very much larger than what
+            // it shadows.
             let _ = body.cut_within(&plane, &mut scratch, 0.0);
         }
         body
@@ -149,8 +154,8 @@ mod tests {
 
     use super::*;
 
-    /// A trough of strips that touch the parabola `z = x^2` from below, under a roof of two faces. Seen from above the
-    /// roof is all: a silhouette with as many edges as there can be.
+    /// A trough of strips that touch the parabola `z = x^2` from below, under a roof of two faces.
+    /// Seen from above the roof is all: a silhouette with as many edges as there can be.
     fn trough<const V: usize, const F: usize>(strips: u8) -> Result<ConvexBody<V, F>, Error> {
         let mut body = ConvexBody::from_box(&Bounds::new(DVec3::splat(-10.0), DVec3::splat(10.0))?, DVec3::ZERO)?;
         for y in [-1.0, 1.0] {
