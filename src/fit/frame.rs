@@ -231,13 +231,13 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
         let wanted = self.fit.warp_depths?;
         let [low, high] = wanted.map(|depth| measures.depth.clamp(depth));
         let chosen = Extent { low, high };
+        let mut is_any = low < high;
         // Between two bodies there may be nothing.
-        let mut is_empty = !(low < high);
-        if !is_empty && self.fit.receivers.len() > 1 {
-            is_empty = true;
-            self.each_between(chosen, |_| is_empty = false);
+        if is_any && self.fit.receivers.len() > 1 {
+            is_any = false;
+            self.each_between(chosen, |_| is_any = true);
         }
-        (!is_empty).then_some(chosen)
+        is_any.then_some(chosen)
     }
 
     /// What the rules look at, for a body that begins at `along.low`.
