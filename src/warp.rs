@@ -126,7 +126,7 @@ pub enum Rule {
     LightSpace(LightSpaceRule),
     /// The least error at the two ends of the line of sight, exactly: LiSPSM's aim, at any angle and for any light. It looks at
     /// nothing else: where the line of sight is not in the middle of what is seen, it does not fade out as light and view
-    /// become parallel, but jumps, and can be worse than no warp.
+    /// become parallel, can jump, and can be worse than no warp.
     OnAxis,
     /// Trapezoidal shadow map.
     Trapezoidal(TrapezoidalRule),
