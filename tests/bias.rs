@@ -152,7 +152,7 @@ fn slopes_are_the_derivatives_of_the_matrix() {
         let rounding = 6.0 * product_rounding(map, q) / step;
         let ([depth, linear_depth], part) = differences(map, space, linear, q, normal, step);
         let off = (depth * size - slope).abs().max_element() / scale;
-        if rounding > 1e-5 {
+        if rounding > 1e-5 || map.warp().excess() > 1e4 {
             return;
         }
         let allowed = 6e-10 + rounding;
@@ -213,13 +213,18 @@ fn facing_planes_at_both_ends_have_opposite_slopes() {
         let size = DVec2::from_array(map.size().map(f64::from));
         let [low, high] = ends.map(|q| slope(q) * size);
         let rounding = ends.map(|q| product_rounding(map, *q) * map.w(*q + map.origin()) + world_rounding(map, *q));
-        let allowed = 1e-14 + 24.0 * rounding[0].max(rounding[1]);
+        // A strong warp's w is known to so much of itself, and the slope with it.
+        let steepness = f64::EPSILON * map.warp().ratio() * low.abs().max_element();
+        let allowed = 1e-14 + 24.0 * rounding[0].max(rounding[1]) + steepness;
         let off = (low + high).abs().max_element();
         hyperbolic.note(off, allowed, (low, high));
         if map.warp().excess() > 0.5 && allowed < 1e-9 && low.abs().max_element() > 0.01 {
             steep += 1;
         }
-        // And linear depth has none.
+        // And linear depth has none. (Of receivers that are edge-on to the light one side of the map is rounding.)
+        if scene.is_edge_on() {
+            return;
+        }
         let linear = scene.fit().linear_depth(DVec3::ZERO).unwrap();
         for q in ends {
             let slope = map.linear_depth_slope(space, linear, *q + map.origin(), y).unwrap();

@@ -197,7 +197,8 @@ fn edge_on_planes_and_wrong_arguments() {
         let p = q.of(receivers) + map.origin();
         let light = map.light_space();
         let normal = light.x * turn.x + light.z * turn.y;
-        if normal.length() < 1e-3 {
+        // Of the strongest warps rounding leaves no edge-on plane.
+        if normal.length() < 1e-3 || map.warp().excess() > 1e6 {
             return;
         }
         let size = map.size().map(f64::from);
