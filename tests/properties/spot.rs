@@ -80,8 +80,12 @@ fn contains_and_touches() {
             for [low, high] in [x, y] {
                 touch.note((low + 1.0).abs().max((high - 1.0).abs()), allowed, (rule, map));
             }
+            // Flat against its distance, too.
+            let light = spot(&scene.light);
+            let [near, far] =
+                extent(points.iter().map(|q| light.direction().dot(*q + map.origin() - light.position())));
             let flat = scene.boxes.iter().any(|b| (b.max() - b.min()).min_element() <= 0.0);
-            if !flat && allowed < 1e-7 {
+            if !flat && far > near * (1.0 + 1e-5) && allowed < 1e-7 {
                 touch.note((z[1] - 1.0).abs(), allowed, (rule, map));
                 if scene.near_depth == NearDepth::Receivers {
                     touch.note(z[0].abs(), allowed, (rule, map));
