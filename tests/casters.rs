@@ -123,7 +123,7 @@ fn casters_are_what_lies_between_the_receivers_and_the_light() {
             let casters = job.body.casters(&job.light, &scene.casters).unwrap();
             assert_eq!(casters.origin(), job.body.origin());
             let closed = assert_closed(&casters);
-            convexity.note(closed.off_plane.max(closed.beyond), 8.0 * EPS * size, class);
+            convexity.note(closed.off_plane.max(closed.beyond), 12.0 * EPS * size, class);
             // Where planes meet badly, a corner is not known along them.
             reflex.note(closed.reflex, 0.05 * EPS * size * ill_condition(&casters), class);
             greatest = greatest.max((casters.vertices().len(), casters.faces().count()));
