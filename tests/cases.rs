@@ -4,7 +4,8 @@
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use shadow_warp::glam::{DVec2, DVec3, dvec3};
 use shadow_warp::{
-    Axes, Body, Bounds, ClipSpace, Error, Fit, Light, NearDepth, Objective, Plane, Rule, ShadowMap, Sides, View, Warp,
+    Aim, Axes, Body, Bounds, ClipSpace, Error, Fit, Light, NearDepth, Objective, PerspectiveRule, Plane, Rule,
+    ShadowMap, Sides, View, Warp,
 };
 
 /// A view, a light, one box that casts and receives, and the sizes of map and picture.
@@ -208,6 +209,38 @@ fn casters_without_end_leave_the_warp() {
             Fit { near_depth: NearDepth::Receivers, ..street(1e3).fit() }.solve(Rule::OPTIMAL)
         );
     }
+}
+
+/// Where `f64` does not know any more where casters cast, they do not count, and depth keeps its digits.
+#[test]
+fn casters_count_as_far_as_they_are_known() {
+    let [far, farther] = [1e30, 1e100].map(|size| street(size).fit().solve(Rule::OPTIMAL).unwrap());
+    assert_eq!(far, farther);
+    // Along the light depth grows as the range has it: to 6 %, from the receivers to the last casters that count.
+    let matrix = far.clip_from_world_at(far.origin(), ClipSpace::WGPU);
+    let to_light = far.light_space().y;
+    let step = -matrix.row(2).truncate().dot(to_light);
+    let extent = (far.warp().ratio() - 1.0) / matrix.row(3).truncate().length();
+    let range = extent * (1_u64 << 48) as f64 / far.warp().excess();
+    assert!((0.9..1.1).contains(&(step * range)), "{}", step * range);
+    // Without a warp all of them count.
+    let plain = [1e18, 1e30].map(|size| street(size).fit().solve(Rule::Uniform).unwrap());
+    let step = plain.map(|map| -map.clip_from_world_at(map.origin(), ClipSpace::WGPU).row(2).truncate().dot(to_light));
+    assert_relative_eq!(step[0] / step[1], 1e12, max_relative = 1e-3);
+}
+
+/// A refusal does not advise what was asked for.
+#[test]
+fn a_lamp_in_the_picture_has_no_perspective_map() {
+    let case = street(100.0);
+    let lamp = Light::spot(dvec3(0.0, 3.0, 20.0), dvec3(0.0, -1.0, 0.1), 0.7, 0.1, 100.0).unwrap();
+    let fit = Fit { light: &lamp, ..case.fit() };
+    for (aim, advice) in [(Aim::Closest, "Rule::OPTIMAL"), (Aim::Centre, "Aim::Closest, or Rule::OPTIMAL")] {
+        let refused = fit.solve(Rule::Perspective(PerspectiveRule { aim, shift: 0.0 }));
+        let Err(Error::Unsupported { use_instead, .. }) = refused else { unreachable!("{refused:?}") };
+        assert_eq!(use_instead, advice);
+    }
+    fit.solve(Rule::OPTIMAL).unwrap();
 }
 
 /// What takes the digits is named, and the way out that is named leads out.

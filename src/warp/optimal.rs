@@ -483,6 +483,13 @@ mod tests {
         }
     }
 
+    /// However the value behaves, no warp is one of the candidates.
+    #[test]
+    fn no_warp_is_compared_with_the_product() {
+        assert!((least_between([2.0, 5.0], |ratio| ratio) - 1.0).abs() <= 0.0);
+        assert!((least_between([2.0, 5.0], |ratio| (ratio - 3.0).abs()) - 3.0).abs() < 1e-9);
+    }
+
     fn search(points: &[Point], ratio: f64) -> Search {
         let mut search = Search::new(ratio);
         points.iter().for_each(|point| search.include(point));
