@@ -54,5 +54,5 @@ while IFS=$'\t' read -r what file from to; do
     cp "$pristine/$file" "$copy/$file"
     # Inputs that failed are kept; those of one mistake are nothing to the next.
     rm -rf "$copy/tests/regressions"
-done <"tests/mutants/$suite.txt"
+done <"$pristine/tests/mutants/$suite.txt"
 [ "$count" -gt 0 ] && $all_caught
