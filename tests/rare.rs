@@ -159,8 +159,11 @@ fn print(title: &str, counts: &[Count]) {
 /// the matrix. (Of a sliver far away little else is left.)
 fn beyond(fit: &Fit, map: &ShadowMap) -> f64 {
     let matrix = map.clip_from_world_at(map.origin(), ClipSpace::WGPU);
-    let vertices =
-        fit.receivers.iter().flat_map(|body| body.vertices().iter().map(|v| *v + body.origin() - map.origin()));
+    let relative = |body: &Body| {
+        let shift = body.origin() - map.origin();
+        body.vertices().iter().map(move |v| *v + shift).collect::<Vec<_>>()
+    };
+    let vertices = fit.receivers.iter().flat_map(relative);
     vertices.fold(0.0, |worst, q| {
         let p = matrix * q.extend(1.0);
         let p = p.truncate() / p.w;
