@@ -23,7 +23,8 @@ pub enum Error {
         use_instead: &'static str,
     },
     /// A body has no room for another cut. Does not happen to bodies this crate makes from views, boxes and lights,
-    /// whose capacity is proved; it can happen to one that a caller goes on cutting.
+    /// whose capacity is proved; it can happen to one that a caller goes on cutting. A [`Body`](crate::Body) has no room to
+    /// count on after a view's six planes; a [`WideBody`](crate::WideBody) has room for eight more.
     BodyFull,
     /// The map is too fine for `f32` positions relative to the given origin: no margin below one texel keeps all
     /// receivers inside.
@@ -45,7 +46,7 @@ impl fmt::Display for Error {
             Self::Unsupported { requested, use_instead } => {
                 write!(f, "{requested} is not supported here: use {use_instead}")
             }
-            Self::BodyFull => f.write_str("the body has no room for another cut"),
+            Self::BodyFull => f.write_str("the body has no room for another cut: use a WideBody, see Body::widened"),
             Self::BeyondF32 { texels, cause } => {
                 write!(f, "rounding to f32 displaces receivers by up to {texels:.3e} texels: {cause}")
             }

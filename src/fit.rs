@@ -25,7 +25,8 @@ use crate::warp::Rule;
 /// Where the map's near plane lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum NearDepth {
-    /// At the caster closest to the light: nothing is clipped. (Casters that are further away than 2^48 over the warp's excess,
+    /// At the caster closest to the light: nothing is clipped. A box of casters that reaches far towards the light costs the
+    /// precision of depth, whether anything is there or not; [`Fit::guard_f32`] tells where `f32` has none left. (Casters that are further away than 2^48 over the warp's excess,
     /// times the receivers' extent, do not count: the rounding of the light's direction alone moves them across the map.)
     #[default]
     Casters,
@@ -36,7 +37,7 @@ pub enum NearDepth {
 
 /// A job: everything a shadow map depends on but the [`Rule`].
 ///
-/// `receivers` are bodies that a shadow is to be seen on: usually [`Body::visible`] of one box, or of several, whose
+/// `receivers` are bodies that a shadow is to be seen on: usually [`Body::visible`](crate::Body::visible) of one box, or of several, whose
 /// union counts. They are borrowed, so that lights under one view share them. `casters` bounds all that casts shadows.
 ///
 /// `V` and `F` are the capacity of the receivers' bodies: those of [`Body`](crate::Body), or of
@@ -150,7 +151,7 @@ impl<'a, const V: usize, const F: usize> Fit<'a, V, F> {
         max(a, b)
     }
 
-    /// Returns the receivers, each cut to what the light shines on: see [`Body::lit_by`]. Nothing for a point light, whose
+    /// Returns the receivers, each cut to what the light shines on: see [`ConvexBody::lit_by`]. Nothing for a point light, whose
     /// faces are jobs of their own.
     pub fn lit_receivers(&self) -> impl Iterator<Item = LitBody> + '_ {
         let space = self.light_space().ok();
@@ -210,11 +211,7 @@ impl<'a, const V: usize, const F: usize> Fit<'a, V, F> {
         require(no_zero(self.map_size), "map_size", "must not be zero")?;
         require(no_zero(self.viewport), "viewport", "must not be zero")?;
         if let Some([near, far]) = self.warp_depths {
-            require(
-                near >= 0.0 && near <= far,
-                "warp_depths",
-                "must be from a depth of at least 0 to one that is no less",
-            )?;
+            require(near >= 0.0 && near <= far, "warp_depths", "must be [near, far] with 0 <= near <= far")?;
         }
         Frame::new(self)
     }

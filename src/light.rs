@@ -69,7 +69,9 @@ impl Light {
         require_position(position, "position")?;
         let direction = require_direction(direction, "direction")?;
         let acute = outer_angle > 0.0 && outer_angle < core::f64::consts::FRAC_PI_2;
-        require(acute, "outer_angle", "must be between 0 and pi/2 radians")?;
+        let condition =
+            "must be between 0 and pi/2 radians, from the axis to the edge; for a wider light use Light::point";
+        require(acute, "outer_angle", condition)?;
         require_reach(near, range)?;
         let tangent = tan(outer_angle);
         Ok(Self::Spot(Spot { position, direction, outer_angle, tangent, is_square: false, near, range }))
@@ -115,7 +117,7 @@ impl Light {
         match self {
             Self::Point(light) => Ok(light),
             Self::Directional(_) | Self::Spot(_) => Err(Error::Unsupported {
-                requested: "taking a light for a point light that is none",
+                requested: "a set of six faces for a light that is not a point light",
                 use_instead: "the light itself, which has one map",
             }),
         }

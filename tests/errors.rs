@@ -367,7 +367,7 @@ fn bodies_without_room() {
     let corner = Plane::new(DVec3::ONE, DVec3::splat(0.9)).unwrap();
     assert_eq!(body.cut(&corner), Err(Error::BodyFull));
     assert_eq!(body.volume().to_bits(), 1_f64.to_bits());
-    assert_eq!(Error::BodyFull.to_string(), "the body has no room for another cut");
+    assert_eq!(Error::BodyFull.to_string(), "the body has no room for another cut: use a WideBody, see Body::widened");
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl Scene {
     fn warp_depths(&self) -> Result<Option<[f64; 2]>> {
         let Some((near, far)) = self.warp_depths else { return Ok(None) };
         let far = far.unwrap_or(f64::INFINITY);
-        ensure!(near >= 0.0 && near <= far, "warp_depths must be from a depth of at least 0 to one that is no less");
+        ensure!(near >= 0.0 && near <= far, "warp_depths must be [near, far] with 0 <= near <= far");
         Ok(Some([near, far]))
     }
 }
@@ -169,7 +169,10 @@ impl Lamp {
                 Light::directional(light.to_light.into()).map_err(|error| field("light.directional", error))
             }
             (None, Some(Spot { position, direction, outer_deg, near, range }), None) => {
-                ensure!(outer_deg > 0.0 && outer_deg < 90.0, "light.spot.outer_deg must be between 0 and 90 degrees");
+                ensure!(
+                    outer_deg > 0.0 && outer_deg < 90.0,
+                    "light.spot.outer_deg must be between 0 and 90 degrees, from the axis to the edge; for a wider light use point"
+                );
                 Light::spot(position.into(), direction.into(), outer_deg.to_radians(), near, range)
                     .map_err(|error| field("light.spot", error))
             }
