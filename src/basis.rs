@@ -16,8 +16,8 @@ pub enum Axes {
     /// its direction, and no choice that follows the view can avoid that.
     #[default]
     View,
-    /// The light alone: the texel grid does not turn with the camera. With [`Rule::Uniform`](crate::Rule::Uniform), LiSPSM and
-    /// TSM every entry of the matrix is continuous in the camera, also through light parallel to view, about which their
+    /// The light alone: the texel grid does not turn with the camera. For a light at infinity, with
+    /// [`Rule::Uniform`](crate::Rule::Uniform), LiSPSM and TSM every entry of the matrix is continuous in the camera, also through light parallel to view, about which their
     /// warps fade out (test `no_jumps_at_all_with_fixed_axes`). The price is a looser fit, with the warp askew over the
     /// texture, and a jump where the *light* passes through one direction: see [`LightSpace::fixed_axes`].
     LightFixed,
@@ -25,9 +25,10 @@ pub enum Axes {
     /// view direction, for the axes and for `sin_gamma` alike. Where most of what is seen lies to one side of the picture,
     /// the warp runs along it.
     ///
-    /// The middle is the volume-weighted mean of the bodies' centroids; of flat bodies the area counts, of lines the length,
-    /// and it is continuous on the way from one to the other. Where it lies behind the eye, the view direction itself is
-    /// taken.
+    /// The middle is the volume-weighted mean of the bodies' centroids. Where all bodies are flat their area counts, where all
+    /// are lines their length, and it is continuous on the way from one to the other. A flat body beside a solid one counts
+    /// next to nothing, and what lies in two bodies twice. Where the middle lies behind the eye, the view direction itself is
+    /// taken. The fit takes some four times the instructions of that with [`Axes::View`].
     ///
     /// Source: Wimmer and Scherzer 2005, Sec. 4.4, who leave open which `gamma` goes with it; with the view's own the warp
     /// would not fade out where these axes turn.

@@ -26,8 +26,8 @@ pub enum Error {
     /// whose capacity is proved; it can happen to one that a caller goes on cutting. A [`Body`](crate::Body) has no room to
     /// count on after a view's six planes; a [`WideBody`](crate::WideBody) has room for eight more.
     BodyFull,
-    /// The map is too fine for `f32` positions relative to the given origin: no margin below one texel keeps all
-    /// receivers inside.
+    /// The map is too fine for `f32` positions relative to the given origin: no margin below one texel, and below a quarter
+    /// of depth, keeps all receivers inside.
     BeyondF32 {
         /// The bound on the displacement by rounding, in texels, at the worst receiver.
         texels: f64,

@@ -27,7 +27,7 @@ use crate::warp::Rule;
 pub enum NearDepth {
     /// At the caster closest to the light: nothing is clipped. A box of casters that reaches far towards the light costs the
     /// precision of depth, whether anything is there or not; [`Fit::guard_f32`] tells where `f32` has none left. (Casters that are further away than 2^48 over the warp's excess,
-    /// times the receivers' extent, do not count: the rounding of the light's direction alone moves them across the map.)
+    /// times the receivers' extent, do not count: the rounding of the light's direction alone is 6 % of the `w` that they have.)
     #[default]
     Casters,
     /// At the receiver closest to the light: the best depth precision, for engines that clamp the depth of what lies
@@ -40,7 +40,7 @@ pub enum NearDepth {
 /// `receivers` are bodies that a shadow is to be seen on: usually [`Body::visible`](crate::Body::visible) of one box, or of several, whose
 /// union counts. They are borrowed, so that lights under one view share them. `casters` bounds all that casts shadows.
 ///
-/// `V` and `F` are the capacity of the receivers' bodies: those of [`Body`](crate::Body), or of
+/// `V` and `F` are the capacity of the receivers' bodies, of up to 20 faces: those of [`Body`](crate::Body), or of
 /// [`WideBody`](crate::WideBody) where planes of the engine's own, of a mirror or a portal, cut them.
 #[derive(Clone, Copy, Debug)]
 pub struct Fit<'a, const V: usize = 20, const F: usize = 12> {

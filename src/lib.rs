@@ -59,8 +59,8 @@
 //! | [`Rule::Plane`] | constant pixels per texel on a plane, one number for each of the map's axes | ground with little on it |
 //! | [`Rule::Uniform`] | none | light along the view; orthographic cameras |
 //!
-//! [`Rule::OPTIMAL`] is never worse than [`Rule::Uniform`] on the same axes, by [`Fit::worst_texel`], to a relative 1e-9
-//! (tests `outdoor_scenes`, `full_circles`). That number looks at every point of the receivers' bodies, air included: of a tall
+//! [`Rule::OPTIMAL`] is never worse than [`Rule::Uniform`] on the same axes, by [`Fit::worst_texel`], to a relative 1e-9,
+//! if no depths are chosen (tests `outdoor_scenes`, `full_circles`). That number looks at every point of the receivers' bodies, air included: of a tall
 //! box it is the air next to the near plane, and the ground that people look at may come out worse than without a warp. Give
 //! receivers that are tight about what is seen, or [`Fit::warp_depths`]. [`Fit::least_errors`] has a lower bound for the
 //! error along the warp.
@@ -112,7 +112,7 @@
 //! [`View::perspective_off_centre`] takes tangents). The matrix is accurate to 1e-13 (1 + eta) in
 //! normalised device coordinates, for depth ratios up to 1e7 and any angle between light and view, about a point of the
 //! scene ([`ShadowMap::origin`]). Lengths from
-//! 1e-100 to 1e100 are accepted; NaN and infinity are errors that name the argument, wherever a function can fail (the
+//! 1e-100 to 1e100 are accepted; NaN, and infinity but for far distances, are errors that name the argument, wherever a function can fail (the
 //! others, plain formulas, return NaN for NaN); nothing panics.
 //!
 //! # Features

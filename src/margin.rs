@@ -45,7 +45,8 @@ impl<const V: usize, const F: usize> Fit<'_, V, F> {
     ///
     /// # Errors
     /// [`Error::Invalid`] unless `origin` is finite, with coordinates of at most 1e100.
-    /// [`Error::BeyondF32`] with that bound where it is a texel or more.
+    /// [`Error::BeyondF32`] with that bound where it is a texel or more, or a quarter of the map's depth, or of its half
+    /// width.
     pub fn guard_f32(&self, map: &ShadowMap, origin: DVec3) -> Result<ShadowMap, Error> {
         require_position(origin, "origin")?;
         let margin = self.rounding_ndc(map, origin, self.near_depth == NearDepth::Casters);

@@ -150,8 +150,14 @@ pub enum Rule {
     /// The warp of the family with the least objective over the receivers: on these axes, about this centre.
     ///
     /// Never worse than no warp, to a relative 1e-9: with [`Objective::Larger`] by [`Fit::worst_texel`](crate::Fit::worst_texel)
-    /// of the finished maps, on any axes; with the others by [`Fit::errors`](crate::Fit::errors). (With chosen depths: over
-    /// these.) Of equally good warps, to 1e-9, the one with the smaller other error, and then the weaker one.
+    /// of the finished maps, on any axes; with the others by [`Fit::errors`](crate::Fit::errors). With chosen depths both
+    /// are over these depths. (Not promised: the product on axes fixed by the light, where the warp is limited.)
+    ///
+    /// On axes fixed by the light, and for flat bodies, the search leaves out how the map is fitted: there the result is no
+    /// more than not worse than no warp.
+    ///
+    /// Where the error across is the worst and its valley is flat, the warp with the smaller error along is taken, and of
+    /// equal ones the weaker.
     Optimal(Objective),
     /// A warp of one's own. Unlike the published rules it does not fade out as light and view become parallel, nor
     /// for an orthographic camera, where any warp makes the map worse.
@@ -164,7 +170,7 @@ impl Rule {
     pub const LISPSM: Self = Self::LightSpace(LightSpaceRule::Damped);
     /// Trapezoidal, with the focus at a fifth of the depth, on the paper's line, and faded.
     pub const TSM: Self = Self::Trapezoidal(TrapezoidalRule { focus: 0.2, line: 0.8, fade: true });
-    /// Perspective, with the aim that always is admissible, and no shift.
+    /// Perspective, with the aim that is refused least, and no shift.
     pub const PSM: Self = Self::Perspective(PerspectiveRule { aim: Aim::Closest, shift: 0.0 });
     /// The warp with the least worst texel.
     pub const OPTIMAL: Self = Self::Optimal(Objective::Larger);

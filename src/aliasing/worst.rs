@@ -15,7 +15,7 @@ use crate::view::View;
 /// ```
 /// `dx`, `dz`: a texel's extent in world units where `w = 1`; `b`: the distance along a spot light's axis, or 1; `ppu/z`: pixels per world unit at depth `z` along the
 /// view, the larger of the two picture directions. The orientation of the surface and the shear of the map are left
-/// out, as in the papers: a texel is a parallelogram, and its longest extent is longer where the warp shears it (seen: 5
+/// out, as in the papers. A texel is a parallelogram: its longest extent is longer where the warp shears it (seen: 5
 /// times, 93.3 for 19.1 pixels). Depths before the near plane count as the near plane's. Infinite where `w <= 0`.
 #[must_use]
 pub fn pixels_per_texel(map: &ShadowMap, view: &View, viewport: [u32; 2], point: DVec3) -> f64 {
@@ -78,8 +78,9 @@ impl<'a, const N: usize> Worst<'a, N> {
         for (worst, texels) in self.sides.iter_mut().zip(&self.texels) {
             for (worst, extent) in worst.iter_mut().zip(texels.at(q)) {
                 let error = extent / depth;
-                // A NaN counts.
-                *worst = if error <= *worst { *worst } else { error };
+                // A NaN counts, as infinite.
+                let error = if error.is_nan() { f64::INFINITY } else { error };
+                *worst = max(error, *worst);
             }
         }
     }

@@ -252,7 +252,10 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
         }
         // What is kept hangs together, so of those outside one has a neighbour inside, until there
         // are none.
-        while outside > 0 {
+        for _ in 0..self.len {
+            if outside == 0 {
+                break;
+            }
             for v in (0..self.len).filter(|&v| !gone[v]) {
                 if beyond[v] > 0.0 && self.draw_in(v, beyond) {
                     beyond[v] = 0.0;

@@ -28,7 +28,7 @@ impl<const V: usize, const F: usize> ConvexBody<V, F> {
     /// Calls `f` with the vertices of [`ConvexBody::lit_by`]. A [`Body`] needs room for 22 faces only, and less time.
     #[inline(always)]
     pub(crate) fn with_lit(&self, light: &Light, space: &LightSpace, f: impl FnOnce(&[DVec3])) {
-        if V <= 20 {
+        if V <= 20 && F <= 12 {
             f(self.lit_into::<40, 22>(light, space).vertices());
         } else {
             f(self.lit_by(light, space).vertices());

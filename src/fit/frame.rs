@@ -182,7 +182,7 @@ impl<'a, const V: usize, const F: usize> Frame<'a, V, F> {
         let at_eye = [at(self.x, eye), at(self.base, eye)];
         let far_away = [self.x, self.base].map(|row| row.truncate().dot(forward));
         let depth = at_eye[1].abs().max(eye.abs().max_element());
-        let [x, base] = if at_eye[1].abs() >= depth * far_away[1].abs() { at_eye } else { far_away };
+        let [x, base] = if at_eye[1].abs() > depth * far_away[1].abs() { at_eye } else { far_away };
         let place = x / base;
         place.is_finite().then_some(place)
     }

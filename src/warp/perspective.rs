@@ -44,7 +44,7 @@ pub struct PerspectiveRule {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum Aim {
     /// At the point of the camera's cube that is closest to it: what is seen lies in front of the light then, whatever its
-    /// direction. With the light in the picture that is straight along the view, and the map is a uniform one; just beside
+    /// direction, unless it stands within the cube. With the light in the picture that is straight along the view, and the map is a uniform one; just beside
     /// the picture the warp is at its strongest, with a ratio of up to some `(f/n)^1.5`, and refused above 1e8.
     #[default]
     Closest,
