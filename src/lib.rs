@@ -2,7 +2,7 @@
 //!
 //! `shadow-warp` turns a camera, a light and the bounds of a scene into the matrix of a shadow map, and says in
 //! closed form how much that map aliases. It is mathematics only: no graphics interface, no allocation, no `std`, no
-//! `unsafe`. From the pieces to the matrix of one box under a directional light, on the view's axes, takes 0.8 to 1.4
+//! `unsafe`. From the pieces to the matrix of one box under a directional light, on the view's axes, takes 0.6 to 1.2
 //! microseconds by the rule (measured: `docs/speed-and-error.md`); more boxes, spot lights and chosen depths take longer.
 //!
 //! ```
