@@ -57,7 +57,7 @@ impl Scene {
     fn warp_depths(&self) -> Result<Option<[f64; 2]>> {
         let Some((near, far)) = self.warp_depths else { return Ok(None) };
         let far = far.unwrap_or(f64::INFINITY);
-        ensure!(near >= 0.0 && near <= far, "warp_depths must be [near, far] with 0 <= near <= far");
+        ensure!(near >= 0.0 && near <= far, "warp_depths must be in order, from 0 up");
         Ok(Some([near, far]))
     }
 }
@@ -171,7 +171,7 @@ impl Lamp {
             (None, Some(Spot { position, direction, outer_deg, near, range }), None) => {
                 ensure!(
                     outer_deg > 0.0 && outer_deg < 90.0,
-                    "light.spot.outer_deg must be between 0 and 90 degrees, from the axis to the edge; for a wider light use point"
+                    "light.spot.outer_deg must be between 0 and 90 degrees from axis to edge; wider lights are points"
                 );
                 Light::spot(position.into(), direction.into(), outer_deg.to_radians(), near, range)
                     .map_err(|error| field("light.spot", error))
